@@ -1,0 +1,15 @@
+//! Motor control mathematics for permanent-magnet synchronous motors.
+//!
+//! One source serves a microcontroller, one virtual drive and a vectorised batch of drives: every
+//! formula is generic over [`Real`], which is `f32` here. Nothing allocates, reads a clock or does
+//! I/O; sine, cosine and square root are our own, so results are the same on every machine.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+)]
+
+pub mod io;
+mod real;
+
+pub use real::{Mask, Real};
