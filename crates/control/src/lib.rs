@@ -6,10 +6,20 @@
 #![no_std]
 #![cfg_attr(
     not(test),
-    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
 )]
+
+#[cfg(test)]
+extern crate std;
 
 pub mod io;
 mod real;
+pub mod trig;
 
 pub use real::{Mask, Real};
+pub use trig::sin_cos;
