@@ -22,12 +22,20 @@ impl Frame {
     pub fn data_frame(id: impl Into<Id>, data: &[u8]) -> Option<Frame> {
         let mut bytes = [0; 8];
         bytes.get_mut(..data.len())?.copy_from_slice(data);
-        Some(Frame { key: key(id.into()), len: data.len() as u8, data: bytes })
+        Some(Frame {
+            key: key(id.into()),
+            len: data.len() as u8,
+            data: bytes,
+        })
     }
 
     /// A remote frame that asks for `len` bytes. `None` if `len` is over 8.
     pub fn remote_frame(id: impl Into<Id>, len: u8) -> Option<Frame> {
-        (len <= 8).then(|| Frame { key: key(id.into()) | REMOTE, len, data: [0; 8] })
+        (len <= 8).then(|| Frame {
+            key: key(id.into()) | REMOTE,
+            len,
+            data: [0; 8],
+        })
     }
 
     /// A data frame with an 11-bit identifier, of which only the low 11 bits count, and the first
@@ -36,9 +44,17 @@ impl Frame {
     pub fn classic(id: u16, data: [u8; 8], len: u8) -> Frame {
         let len = if len > 8 { 8 } else { len };
         // Clear what lies past the length, so that equality means equality on the wire.
-        let keep = if len == 0 { 0 } else { u64::MAX >> (64 - 8 * u32::from(len)) };
+        let keep = if len == 0 {
+            0
+        } else {
+            u64::MAX >> (64 - 8 * u32::from(len))
+        };
         let data = (u64::from_le_bytes(data) & keep).to_le_bytes();
-        Frame { key: u32::from(id & 0x7FF), len, data }
+        Frame {
+            key: u32::from(id & 0x7FF),
+            len,
+            data,
+        }
     }
 
     /// The identifier.
@@ -78,7 +94,10 @@ impl Frame {
 
     /// Data length code, 0 to 8 (of a remote frame: the bytes asked for).
     #[inline]
-    #[allow(clippy::len_without_is_empty, reason = "a frame of length 0 is not empty: it is a frame")]
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a frame of length 0 is not empty: it is a frame"
+    )]
     pub fn len(&self) -> u8 {
         self.len
     }
@@ -86,7 +105,11 @@ impl Frame {
     /// The data bytes; empty for a remote frame.
     #[inline]
     pub fn data(&self) -> &[u8] {
-        if self.is_remote() { &[] } else { self.data.get(..usize::from(self.len)).unwrap_or(&[]) }
+        if self.is_remote() {
+            &[]
+        } else {
+            self.data.get(..usize::from(self.len)).unwrap_or(&[])
+        }
     }
 
     /// All eight data bytes, zero past [`Frame::len`].
@@ -142,9 +165,15 @@ impl core::fmt::Display for Frame {
             write!(f, "{:03X}#", self.raw_id())?;
         }
         if self.is_remote() {
-            return if self.len == 0 { f.write_str("R") } else { write!(f, "R{}", self.len) };
+            return if self.len == 0 {
+                f.write_str("R")
+            } else {
+                write!(f, "R{}", self.len)
+            };
         }
-        self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+        self.data()
+            .iter()
+            .try_for_each(|byte| write!(f, "{byte:02X}"))
     }
 }
 

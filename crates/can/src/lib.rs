@@ -6,10 +6,18 @@
 #![no_std]
 #![cfg_attr(
     not(test),
-    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
 )]
 
 mod frame;
+pub mod slcan;
+mod wire;
 
 pub use embedded_can::{ExtendedId, Id, StandardId};
 pub use frame::Frame;
+pub use wire::INTERFRAME_BITS;
