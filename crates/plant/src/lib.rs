@@ -1,1 +1,49 @@
-//! plant
+//! The physical world of one drive: supply, bridge, motor, shaft, sensors.
+//!
+//! A [`Plant`] takes the duties that a control loop commands, moves the world forward one PWM
+//! period at a time, and answers with what the sensors read: raw converter and encoder counts, in
+//! the terms of [`control::io`]. Between two calls nothing is approximated that has a closed form:
+//! the stator currents, the viscous friction and the diodes of an open bridge are integrated
+//! exactly for what is held constant over the period (the duties and the speed).
+//!
+//! Generic over [`control::Real`], without branches on values, so one drive and a batch of drives
+//! compute the same bits. No allocation, clock or I/O.
+//!
+//! Read it in the order of cause and effect: [`Supply`] → [`Inverter`] → [`Winding`] (or, with the
+//! bridge open, [`diodes`]) → torque → [`Mechanics`] → [`Sensors`]; [`Plant`] ties them together.
+//! [`Motor`] and [`Parameters`] hold the numbers.
+//!
+//! Not modelled yet: dead time, noise, cogging, saliency, heating, resistance of the supply and
+//! regeneration into it, elastic loads, hard stops.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
+)]
+
+pub mod diodes;
+mod exponential;
+mod inverter;
+mod mechanics;
+mod motor;
+mod parameters;
+mod plant;
+mod sensors;
+mod supply;
+mod vector;
+mod winding;
+
+pub use inverter::Inverter;
+pub use mechanics::{Load, Mechanics};
+pub use motor::{EC_MAX_22_283860, Motor};
+pub use parameters::{Invalid, Parameters, VIRTUAL_P3};
+pub use plant::{Plant, Truth};
+pub use sensors::{Encoder, Sensors};
+pub use supply::Supply;
+pub use vector::Vector;
+pub use winding::Winding;

@@ -1,0 +1,156 @@
+//! The bridge: from duties to mean phase voltages.
+
+use control::io::Duty;
+use control::{Mask, Real};
+
+use crate::Vector;
+
+/// The three half bridges and the timer in front of them.
+///
+/// A new duty takes effect some PWM periods after it was commanded (the timer's shadow registers
+/// load at a period boundary, after the control code has run). Opening all switches does not wait:
+/// a trip acts on the gate drivers directly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inverter<R: Real> {
+    active: Duty<R>,
+    waiting: Duty<R>,
+    /// Periods until the waiting duty becomes active; 0: none waits.
+    wait: u8,
+    delay: u8,
+}
+
+impl<R: Real> Inverter<R> {
+    /// A bridge with all switches open, whose duties load `delay_periods` PWM periods after they
+    /// are commanded.
+    pub fn new(delay_periods: u8) -> Self {
+        let open = Duty {
+            phase: [R::splat(0.0); 3],
+            enabled: R::Mask::splat(false),
+        };
+        Self {
+            active: open,
+            waiting: open,
+            wait: 0,
+            delay: delay_periods,
+        }
+    }
+
+    /// Commands a duty at a control boundary.
+    ///
+    /// Fractions outside 0 to 1 are held at the ends, where a timer's compare value ends too. A
+    /// duty with an undefined fraction opens the switches. A duty that still waits becomes active
+    /// now, so the delay is at most the time between two commands.
+    pub fn load(&mut self, duty: &Duty<R>) {
+        if self.wait > 0 {
+            self.active = self.waiting;
+        }
+        let [a, b, c] = duty.phase;
+        // A NaN is not even equal to itself.
+        let defined = a.le(a) & b.le(b) & c.le(c);
+        let held = |fraction: R| fraction.greatest(R::splat(0.0)).least(R::splat(1.0));
+        self.waiting = Duty {
+            phase: [held(a), held(b), held(c)],
+            enabled: duty.enabled & defined,
+        };
+        self.active.enabled = self.active.enabled & self.waiting.enabled;
+        self.wait = self.delay;
+        if self.wait == 0 {
+            self.active = self.waiting;
+        }
+    }
+
+    /// Whether the switches work in this PWM period; when not, only the diodes do.
+    #[inline(always)]
+    pub fn enabled(&self) -> R::Mask {
+        self.active.enabled
+    }
+
+    /// Mean voltage of the phases against the star point over this PWM period, V.
+    #[inline(always)]
+    pub fn voltage_v(&self, bus_voltage_v: R) -> Vector<R> {
+        Vector::of_phases(self.active.phase) * bus_voltage_v
+    }
+
+    /// Ends a PWM period.
+    #[inline(always)]
+    pub fn end_period(&mut self) {
+        if self.wait > 0 {
+            self.wait -= 1;
+            if self.wait == 0 {
+                self.active = self.waiting;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Inverter;
+    use control::io::Duty;
+
+    fn duty(a: f32, b: f32, c: f32) -> Duty<f32> {
+        Duty {
+            phase: [a, b, c],
+            enabled: true,
+        }
+    }
+
+    fn alpha(inverter: &Inverter<f32>) -> f32 {
+        inverter.voltage_v(48.0).alpha
+    }
+
+    #[test]
+    fn a_duty_waits_for_its_period() {
+        for delay in 0..4 {
+            let mut inverter = Inverter::new(delay);
+            inverter.load(&duty(0.75, 0.5, 0.5));
+            for _ in 0..delay {
+                assert!(!inverter.enabled());
+                inverter.end_period();
+            }
+            assert!(inverter.enabled());
+            // 0.25 of 48 V on phase A against the mean of the others: two thirds of 12 V.
+            assert!((alpha(&inverter) - 8.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_trip_does_not_wait() {
+        let mut inverter = Inverter::new(1);
+        inverter.load(&duty(0.75, 0.5, 0.5));
+        inverter.end_period();
+        assert!(inverter.enabled());
+        inverter.load(&Duty {
+            enabled: false,
+            ..duty(0.75, 0.5, 0.5)
+        });
+        assert!(!inverter.enabled());
+        inverter.end_period();
+        assert!(!inverter.enabled());
+    }
+
+    #[test]
+    fn a_long_delay_ends_with_the_next_command() {
+        let mut inverter = Inverter::new(200);
+        inverter.load(&duty(0.75, 0.5, 0.5));
+        inverter.end_period();
+        inverter.load(&duty(0.25, 0.5, 0.5));
+        assert!((alpha(&inverter) - 8.0).abs() < 1e-5);
+        inverter.load(&duty(0.5, 0.5, 0.5));
+        assert!((alpha(&inverter) + 8.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn duties_end_at_the_rails_and_undefined_ones_open_the_bridge() {
+        let mut inverter = Inverter::new(0);
+        inverter.load(&duty(1e30, -1e30, f32::NEG_INFINITY));
+        assert!((alpha(&inverter) - 32.0).abs() < 1e-5);
+        for phase in 0..3 {
+            let mut bad = duty(0.5, 0.5, 0.5);
+            bad.phase[phase] = f32::NAN;
+            inverter.load(&bad);
+            assert!(!inverter.enabled());
+            assert!(alpha(&inverter).is_finite());
+        }
+    }
+}

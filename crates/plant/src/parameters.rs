@@ -1,0 +1,184 @@
+//! Everything that makes one world differ from another.
+
+use control::io::Scales;
+
+use crate::{EC_MAX_22_283860, Encoder, Load, Motor};
+
+/// The parameters of a [`crate::Plant`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// The motor.
+    pub motor: Motor,
+    /// What the motor drives.
+    pub load: Load,
+    /// PWM period, s.
+    pub pwm_period_s: f64,
+    /// PWM periods between the command of a duty and its effect.
+    pub load_delay_periods: u8,
+    /// Motor supply, V; 0 is off.
+    pub supply_v: f32,
+    /// Forward voltage of one free-wheeling diode of the bridge, V.
+    pub diode_drop_v: f32,
+    /// The encoder and how it sits on the rotor.
+    pub encoder: Encoder,
+    /// What one converter count means. `current_zero` is the design's value; this board's own is
+    /// in `current_zero_counts`.
+    pub scales: Scales,
+    /// Reading of phases A and B at no current, counts.
+    pub current_zero_counts: [f32; 2],
+    /// Temperature of the amplifier, °C.
+    pub amplifier_temperature_c: f32,
+}
+
+/// A Barrett P3 with the motor of its manual, running free.
+///
+/// From the manual: 48 V, encoder reading 0x0DF8 under phase A, current zero 0x0729 of phase A. The
+/// zero of phase B, the steps of the converters and the diodes are ours: 2.5 mA a count spans
+/// -4.58 to +5.65 A about phase A's zero, so the 3.66 A of a stalled motor fit; 17.6 mV a count spans
+/// 72 V; 0.05 K a count spans -50 to +154.8 °C.
+pub const VIRTUAL_P3: Parameters = Parameters {
+    motor: EC_MAX_22_283860,
+    load: Load {
+        inertia_kgm2: 0.0,
+        coulomb_friction_nm: 0.0,
+        viscous_friction_nms: 0.0,
+    },
+    pwm_period_s: 10e-6,
+    load_delay_periods: 1,
+    supply_v: 48.0,
+    diode_drop_v: 0.8,
+    encoder: Encoder {
+        counts_per_turn: 4096,
+        zero_counts: 0x0DF8,
+        reversed: false,
+    },
+    scales: Scales {
+        current_a: 2.5e-3,
+        current_zero: 2048.0,
+        voltage_v: 17.6e-3,
+        temperature_k: 0.05,
+        temperature_zero_c: -50.0,
+    },
+    current_zero_counts: [0x0729 as f32, 2071.0],
+    amplifier_temperature_c: 25.0,
+};
+
+impl Default for Parameters {
+    /// [`VIRTUAL_P3`].
+    fn default() -> Self {
+        VIRTUAL_P3
+    }
+}
+
+/// A parameter that no world can have. Carries the value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Invalid {
+    /// `motor.pole_pairs` is 0.
+    NoPolePairs,
+    /// `motor.phase_resistance_ohm` is not positive.
+    Resistance(f64),
+    /// `motor.phase_inductance_h` is not positive.
+    Inductance(f64),
+    /// `motor.flux_wb` is not positive.
+    Flux(f64),
+    /// Rotor and load together have no positive inertia, or one of them a negative one.
+    Inertia(f64),
+    /// A friction coefficient is negative.
+    Friction(f64),
+    /// `pwm_period_s` is not between 1 µs and 1 ms.
+    PwmPeriod(f64),
+    /// `encoder.counts_per_turn` is not between 1 and 2²⁰.
+    EncoderCounts(u32),
+    /// A converter step in `scales` is not positive.
+    Scale(f32),
+    /// `supply_v`, `diode_drop_v`, a current zero or a temperature is undefined, infinite or (the
+    /// first two) negative.
+    Level(f32),
+}
+
+impl Parameters {
+    /// Whether a world with these parameters makes sense; else the first that does not. A
+    /// [`crate::Plant`] of others does not panic, but what it computes means nothing.
+    pub fn check(&self) -> Result<(), Invalid> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let (motor, load) = (&self.motor, &self.load);
+        if motor.pole_pairs == 0 {
+            return Err(Invalid::NoPolePairs);
+        }
+        if !positive(motor.phase_resistance_ohm) {
+            return Err(Invalid::Resistance(motor.phase_resistance_ohm));
+        }
+        if !positive(motor.phase_inductance_h) {
+            return Err(Invalid::Inductance(motor.phase_inductance_h));
+        }
+        if !positive(motor.flux_wb) {
+            return Err(Invalid::Flux(motor.flux_wb));
+        }
+        for inertia in [motor.rotor_inertia_kgm2, load.inertia_kgm2] {
+            if !not_negative(inertia) {
+                return Err(Invalid::Inertia(inertia));
+            }
+        }
+        if !positive(motor.rotor_inertia_kgm2 + load.inertia_kgm2) {
+            return Err(Invalid::Inertia(0.0));
+        }
+        for friction in [
+            motor.coulomb_friction_nm,
+            motor.static_friction_nm,
+            motor.viscous_friction_nms,
+            load.coulomb_friction_nm,
+            load.viscous_friction_nms,
+        ] {
+            if !not_negative(friction) {
+                return Err(Invalid::Friction(friction));
+            }
+        }
+        if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
+            return Err(Invalid::PwmPeriod(self.pwm_period_s));
+        }
+        if self.encoder.counts_per_turn == 0 || self.encoder.counts_per_turn > 1 << 20 {
+            return Err(Invalid::EncoderCounts(self.encoder.counts_per_turn));
+        }
+        let scales = &self.scales;
+        for scale in [scales.current_a, scales.voltage_v, scales.temperature_k] {
+            if !positive(scale.into()) {
+                return Err(Invalid::Scale(scale));
+            }
+        }
+        for level in [self.supply_v, self.diode_drop_v] {
+            if !not_negative(level.into()) {
+                return Err(Invalid::Level(level));
+            }
+        }
+        let [zero_a, zero_b] = self.current_zero_counts;
+        for level in [
+            zero_a,
+            zero_b,
+            scales.temperature_zero_c,
+            self.amplifier_temperature_c,
+        ] {
+            if !level.is_finite() {
+                return Err(Invalid::Level(level));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Invalid, VIRTUAL_P3};
+
+    #[test]
+    fn the_first_bad_parameter_is_named() {
+        assert_eq!(VIRTUAL_P3.check(), Ok(()));
+        let mut bad = VIRTUAL_P3;
+        bad.scales.voltage_v = 0.0;
+        assert_eq!(bad.check(), Err(Invalid::Scale(0.0)));
+        bad.motor.phase_inductance_h = -1.0;
+        assert_eq!(bad.check(), Err(Invalid::Inductance(-1.0)));
+        bad.motor.phase_resistance_ohm = f64::NAN;
+        assert!(matches!(bad.check(), Err(Invalid::Resistance(r)) if r.is_nan()));
+    }
+}

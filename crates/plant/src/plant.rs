@@ -1,0 +1,202 @@
+//! One drive's world, put together.
+
+use control::io::{Duty, Sample};
+use control::{Mask, Real, sin_cos};
+
+use crate::{Inverter, Mechanics, Parameters, Sensors, Supply, Vector, Winding, diodes};
+
+/// The world of one drive (or of a batch).
+///
+/// At every control boundary: [`Plant::sample`], compute, [`Plant::load`]; then one [`Plant::step`]
+/// per PWM period until the next boundary.
+///
+/// ```
+/// use control::io::Duty;
+/// use plant::{Parameters, Plant};
+///
+/// let mut plant = Plant::<f32>::new(&Parameters::default());
+/// let sample = plant.sample();
+/// assert_eq!(sample.encoder, 0x0DF8);
+/// plant.load(&Duty { phase: [0.55, 0.5, 0.5], enabled: true });
+/// for _ in 0..5 {
+///     plant.step();
+/// }
+/// assert!(plant.truth().phase_current_a[0] > 0.1);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant<R: Real> {
+    parameters: Parameters,
+    supply: Supply<R>,
+    inverter: Inverter<R>,
+    winding: Winding<R>,
+    mechanics: Mechanics<R>,
+    sensors: Sensors<R>,
+    pole_pairs: R::Count,
+    amplifier_temperature: R,
+    current: Vector<R>,
+    /// Unit vector along the magnet.
+    rotor: Vector<R>,
+    torque: R,
+}
+
+/// What really happens, for tests and plots. The drive never sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth<R: Real> {
+    /// Shaft angle within the turn, 2³² per turn, wrapping at half a turn either side of zero.
+    pub angle: R::Count,
+    /// Whole turns: position in turns = `turns` + `angle` / 2³².
+    pub turns: R::Count,
+    /// Speed of the shaft, rad/s.
+    pub speed_rad_s: R,
+    /// Current into phases A, B, C, A.
+    pub phase_current_a: [R; 3],
+    /// Electromotive force of phases A, B, C, V.
+    pub phase_emf_v: [R; 3],
+    /// Torque of the motor on the rotor, before friction, Nm.
+    pub torque_nm: R,
+    /// Voltage of the motor supply, V.
+    pub bus_voltage_v: R,
+}
+
+impl Truth<f32> {
+    /// Position of the shaft, turns.
+    pub fn position_turns(&self) -> f64 {
+        f64::from(self.turns) + f64::from(self.angle) / 4_294_967_296.0
+    }
+}
+
+impl<R: Real> Plant<R> {
+    /// A world at rest: rotor aligned with phase A, no current, all switches open. Parameters
+    /// should pass [`Parameters::check`].
+    pub fn new(parameters: &Parameters) -> Self {
+        let (motor, period_s) = (&parameters.motor, parameters.pwm_period_s);
+        let mut plant = Self {
+            parameters: *parameters,
+            supply: Supply::new(
+                R::splat(parameters.supply_v),
+                R::splat(parameters.diode_drop_v),
+            ),
+            inverter: Inverter::new(parameters.load_delay_periods),
+            winding: Winding::new(motor, period_s),
+            mechanics: Mechanics::new(motor, &parameters.load, period_s),
+            sensors: Sensors::new(
+                &parameters.encoder,
+                &parameters.scales,
+                parameters.current_zero_counts,
+            ),
+            pole_pairs: R::count(motor.pole_pairs.into()),
+            amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
+            current: Vector::zero(),
+            rotor: Vector::zero(),
+            torque: R::splat(0.0),
+        };
+        plant.rotor = plant.rotor_direction();
+        plant
+    }
+
+    /// The parameters that this world was made of, as they are now.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Commands a duty at a control boundary. It takes effect
+    /// [`Parameters::load_delay_periods`] later, opening the bridge at once. Any value is safe: see
+    /// [`Inverter::load`].
+    pub fn load(&mut self, duty: &Duty<R>) {
+        self.inverter.load(duty);
+    }
+
+    /// Moves the world forward by one PWM period.
+    #[inline]
+    pub fn step(&mut self) {
+        let speed = self.mechanics.period_speed_rad_s();
+        let shorted = self.winding.shorted(self.current, self.rotor, speed);
+        let gain = self.winding.gain_a_per_v();
+        let driven = shorted + self.inverter.voltage_v(self.supply.voltage_v()) * gain;
+        let enabled = self.inverter.enabled();
+        self.current = driven;
+        if (!enabled).any() {
+            let open = diodes::conduct(shorted, self.supply.diode_threshold_v() * gain);
+            self.current = Vector::select(enabled, driven, open);
+        }
+        self.inverter.end_period();
+
+        self.mechanics.turn();
+        self.rotor = self.rotor_direction();
+        self.torque = self.winding.torque_nm(self.current, self.rotor);
+        self.mechanics.accelerate(self.torque);
+    }
+
+    /// What the sensors read now.
+    #[inline]
+    pub fn sample(&self) -> Sample<R> {
+        self.sensors.sample(
+            self.mechanics.angle(),
+            self.current,
+            self.supply.voltage_v(),
+            self.amplifier_temperature,
+        )
+    }
+
+    /// What is really the case now.
+    pub fn truth(&self) -> Truth<R> {
+        let speed = self.mechanics.speed_rad_s();
+        Truth {
+            angle: self.mechanics.angle(),
+            turns: self.mechanics.turns(),
+            speed_rad_s: speed,
+            phase_current_a: self.current.phases(),
+            phase_emf_v: self.winding.emf_v(self.rotor, speed).phases(),
+            torque_nm: self.torque,
+            bus_voltage_v: self.supply.voltage_v(),
+        }
+    }
+
+    /// Sets the motor supply, V; 0 (or less) disconnects it. The sensors stay alive.
+    pub fn set_supply_v(&mut self, voltage_v: R) {
+        self.supply.set_voltage_v(voltage_v);
+    }
+
+    /// Sets the torque of the load, Nm; positive opposes positive rotation.
+    pub fn set_load_torque_nm(&mut self, torque_nm: R) {
+        self.mechanics.set_load_torque_nm(torque_nm);
+    }
+
+    /// Blocks the shaft where it is, or frees it.
+    pub fn set_blocked(&mut self, blocked: R::Mask) {
+        self.mechanics.set_blocked(blocked);
+    }
+
+    /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed, rad/s.
+    pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
+        self.mechanics.set_motion(angle, speed_rad_s);
+        self.rotor = self.rotor_direction();
+        self.torque = self.winding.torque_nm(self.current, self.rotor);
+    }
+
+    /// Sets the temperature of the amplifier, °C; an undefined value reads as the converter's zero.
+    pub fn set_amplifier_temperature_c(&mut self, temperature_c: R) {
+        self.amplifier_temperature = temperature_c;
+    }
+
+    /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
+    /// The period is held between 1 µs and 1 ms.
+    pub fn set_pwm_period_s(&mut self, period_s: f64) {
+        let period_s = if period_s > 1e-6 { period_s } else { 1e-6 };
+        let period_s = if period_s < 1e-3 { period_s } else { 1e-3 };
+        self.parameters.pwm_period_s = period_s;
+        let (motor, load) = (&self.parameters.motor, &self.parameters.load);
+        self.winding = Winding::new(motor, period_s);
+        self.mechanics.set_period_s(motor, load, period_s);
+    }
+
+    #[inline(always)]
+    fn rotor_direction(&self) -> Vector<R> {
+        let electrical_angle = R::count_mul(self.mechanics.angle(), self.pole_pairs);
+        let (sine, cosine) = sin_cos::<R>(electrical_angle);
+        Vector {
+            alpha: cosine,
+            beta: sine,
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The stator currents over one PWM period, exactly.
+
+use control::Real;
+
+use crate::exponential::decayed_fraction;
+use crate::{Motor, Vector};
+
+/// The winding of a motor without saliency, discretised exactly in the stator frame.
+///
+/// With the phase voltage v and the speed ω (electrical) constant over a period h, and a = e^(-Rh/L),
+///
+/// i(h) = a i(0) + (1 - a)/R · v - (jωψ/L) e^(jθ) (e^(jωh) - a) / (R/L + jω),
+///
+/// valid at every speed down to zero, in f32 to some µA: the differences in the last term are
+/// formed before anything is rounded (`e^(jωh) - a = (1 - a) + (e^(jωh) - 1)`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Winding<R: Real> {
+    /// a: what is left of a current after one period.
+    remaining: R,
+    /// 1 - a.
+    decayed: R,
+    /// (1 - a)/R, A/V.
+    gain: R,
+    /// p L/R, s: times the mechanical speed, the reactance over the resistance.
+    reactance: R,
+    /// p h, s: times the mechanical speed, the electrical angle of one period.
+    electrical_period: R,
+    /// ψ/L, A.
+    short_circuit_current: R,
+    /// 1.5 p ψ, Nm/A.
+    torque_constant: R,
+    /// p ψ, V s/rad.
+    emf_constant: R,
+}
+
+impl<R: Real> Winding<R> {
+    /// The winding of `motor` for PWM periods of `period_s`.
+    pub fn new(motor: &Motor, period_s: f64) -> Self {
+        let (resistance, inductance) = (motor.phase_resistance_ohm, motor.phase_inductance_h);
+        let pole_pairs = f64::from(motor.pole_pairs);
+        let decayed = decayed_fraction(resistance * period_s / inductance);
+        let real = |value: f64| R::splat(value as f32);
+        Self {
+            remaining: real(1.0 - decayed),
+            decayed: real(decayed),
+            gain: real(decayed / resistance),
+            reactance: real(pole_pairs * inductance / resistance),
+            electrical_period: real(pole_pairs * period_s),
+            short_circuit_current: real(motor.flux_wb / inductance),
+            torque_constant: real(motor.torque_constant_nm_per_a()),
+            emf_constant: real(motor.emf_constant_vs()),
+        }
+    }
+
+    /// Current at the end of the period when the terminals are shorted (no voltage), from
+    /// `current` and `rotor` at its begin (A; unit vector along the magnet) and the mechanical
+    /// speed during it, rad/s.
+    #[inline(always)]
+    pub fn shorted(&self, current: Vector<R>, rotor: Vector<R>, speed_rad_s: R) -> Vector<R> {
+        // e^(jδ) - 1 by its series: the mechanics holds δ within half a radian, where the rest is
+        // below 2e-7 of δ.
+        let angle = self.electrical_period * speed_rad_s;
+        let square = angle * angle;
+        let series = |c4: f32, c2: f32, c0: f32| {
+            (R::splat(c4) * square + R::splat(c2)) * square + R::splat(c0)
+        };
+        let turned = Vector {
+            alpha: self.decayed + square * series(-1.0 / 720.0, 1.0 / 24.0, -0.5),
+            beta: angle + angle * square * series(-1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0),
+        };
+        // jω/(R/L + jω) = q (q + j)/(1 + q²), q = ωL/R.
+        let q = self.reactance * speed_rad_s;
+        let scale = self.short_circuit_current * q / (q * q + R::splat(1.0));
+        let response = Vector {
+            alpha: q * scale,
+            beta: scale,
+        };
+        current * self.remaining - rotor.times(response.times(turned))
+    }
+
+    /// Amperes that one volt of mean phase voltage adds within the period.
+    #[inline(always)]
+    pub fn gain_a_per_v(&self) -> R {
+        self.gain
+    }
+
+    /// Torque on the rotor, Nm.
+    #[inline(always)]
+    pub fn torque_nm(&self, current: Vector<R>, rotor: Vector<R>) -> R {
+        self.torque_constant * rotor.cross(current)
+    }
+
+    /// Electromotive force of the phases, V.
+    pub fn emf_v(&self, rotor: Vector<R>, speed_rad_s: R) -> Vector<R> {
+        Vector {
+            alpha: -rotor.beta,
+            beta: rotor.alpha,
+        } * (self.emf_constant * speed_rad_s)
+    }
+}
