@@ -1,0 +1,223 @@
+//! Reading and writing objects: the way from an SDO request or a received PDO into the image.
+
+use can::Frame;
+
+use crate::outbox::Slot;
+use crate::row::flag;
+use crate::sdo::Request;
+use crate::{
+    Abort, Address, DataType, Default, Entry, Events, Image, Instant, Node, NodeMemory, Owner,
+    RangeAbort, Row, Verdict,
+};
+
+/// How a write ended.
+enum Written {
+    /// Done, and acknowledged.
+    Now,
+    /// Its owner will say.
+    Later,
+}
+
+impl<M: NodeMemory> Node<M> {
+    /// Serves one SDO request.
+    #[inline]
+    pub(crate) fn serve<O: Owner>(
+        &mut self,
+        frame: &Frame,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let Some(request) = Request::parse(frame, &self.device.dialect) else {
+            return;
+        };
+        let dialect = &self.device.dialect;
+        match request {
+            Request::Upload(address) => match self.upload(address, owner) {
+                Ok((raw, bytes)) => self.sdo.uploaded(address, raw, bytes, dialect),
+                Err(abort) => self.sdo.aborted(address, abort),
+            },
+            Request::Download { address, raw, size } => {
+                if self.sdo.waiting.is_some() {
+                    // The one connection is busy until the owner has answered.
+                    self.sdo.aborted(address, Abort::DEVICE_STATE);
+                } else {
+                    let found = self.device.table.find(address.index, address.sub);
+                    let written = found.and_then(|entry| {
+                        if !entry.has(flag::WRITE) {
+                            return Err(Abort::READ_ONLY);
+                        }
+                        size.check(entry.field.size())?;
+                        let raw = low_bytes(raw, entry.field.size());
+                        self.write(address, &entry, raw, now, owner, events)
+                            .map(|written| (written, raw))
+                    });
+                    match written {
+                        Ok((Written::Now, raw)) => self.sdo.downloaded(address, raw, dialect),
+                        Ok((Written::Later, raw)) => {
+                            self.sdo.waiting = Some((address, raw));
+                            return;
+                        }
+                        Err(abort) => self.sdo.aborted(address, self.sub_0(address, abort)),
+                    }
+                }
+            }
+            Request::Unknown(address) => self.sdo.aborted(address, Abort::COMMAND),
+            // An abort is never answered (CiA 301 7.2.4.3.17); it ends what waits.
+            Request::Abort => {
+                self.sdo.waiting = None;
+                return;
+            }
+        }
+        self.outbox.post(Slot::Sdo);
+    }
+
+    #[inline]
+    fn upload<O: Owner>(&mut self, address: Address, owner: &mut O) -> Result<(u32, u8), Abort> {
+        let table = &self.device.table;
+        let entry = match table.find(address.index, address.sub) {
+            Ok(entry) => entry,
+            // Sub-index 0 that no row declares is the highest sub-index (CiA 301 7.4.3).
+            Err(abort) if address.sub == 0 => {
+                return table
+                    .highest_sub_index(address.index)
+                    .map(|highest| (u32::from(highest), 1))
+                    .ok_or(abort);
+            }
+            Err(abort) => return Err(abort),
+        };
+        if !entry.has(flag::READ) {
+            return Err(Abort::WRITE_ONLY);
+        }
+        if entry.field.data_type() == DataType::Text {
+            return self.text(&entry);
+        }
+        let mut image = Image::new(self.memory.as_mut());
+        if entry.has(flag::LIVE) {
+            owner.publish(&mut image);
+        }
+        Ok((image.raw(entry.field), entry.field.size()))
+    }
+
+    /// A constant text of at most four characters.
+    fn text(&self, entry: &Entry) -> Result<(u32, u8), Abort> {
+        match self.device.table.row(entry) {
+            Some(Row {
+                default: Default::Text(text),
+                ..
+            }) => {
+                let mut bytes = [0; 4];
+                for (place, byte) in bytes.iter_mut().zip(text.bytes()) {
+                    *place = byte;
+                }
+                Ok((u32::from_le_bytes(bytes), text.len().min(4) as u8))
+            }
+            _ => Err(Abort::NO_DATA),
+        }
+    }
+
+    /// A write to the sub-index 0 that [`Node::upload`] makes up is a write to a constant.
+    fn sub_0(&self, address: Address, abort: Abort) -> Abort {
+        let made_up = address.sub == 0
+            && abort == Abort::NO_SUB_INDEX
+            && self.device.table.highest_sub_index(address.index).is_some();
+        if made_up { Abort::READ_ONLY } else { abort }
+    }
+
+    /// Judges and commits a write whose access and length were checked.
+    fn write<O: Owner>(
+        &mut self,
+        address: Address,
+        entry: &Entry,
+        raw: u32,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) -> Result<Written, Abort> {
+        if entry.has(flag::RANGE) {
+            self.check_range(entry, raw)?;
+        }
+        if entry.has(flag::NODE) {
+            self.judge_communication(address, raw)?;
+        }
+        let mut image = Image::new(self.memory.as_mut());
+        if entry.has(flag::ASKS) {
+            let bytes = raw.to_le_bytes();
+            let new = bytes.get(..usize::from(entry.field.size())).unwrap_or(&[]);
+            match owner.write(&image, address, new) {
+                Verdict::Accept => {}
+                Verdict::Done => {
+                    events.changed.insert(entry.class);
+                    return Ok(Written::Now);
+                }
+                Verdict::Refuse(abort) => return Err(abort),
+                Verdict::Later => return Ok(Written::Later),
+            }
+        }
+        image.set_raw(entry.field, raw);
+        events.changed.insert(entry.class);
+        if entry.has(flag::NODE) {
+            self.communication_changed(address, now);
+        }
+        Ok(Written::Now)
+    }
+
+    fn check_range(&self, entry: &Entry, raw: u32) -> Result<(), Abort> {
+        let Some(row) = self.device.table.row(entry) else {
+            return Ok(());
+        };
+        let value = entry.field.data_type().number(raw);
+        let exact = match () {
+            () if row.maximum.is_some_and(|maximum| value > maximum) => Abort::VALUE_TOO_HIGH,
+            () if row.minimum.is_some_and(|minimum| value < minimum) => Abort::VALUE_TOO_LOW,
+            () => return Ok(()),
+        };
+        Err(match self.device.dialect.range_abort {
+            RangeAbort::TooHighTooLow => exact,
+            RangeAbort::Invalid => Abort::INVALID_VALUE,
+        })
+    }
+
+    /// Writes the data of receive PDO `n` into the image. An object whose value is out of range or
+    /// which the owner refuses keeps its value; the others are written.
+    pub(crate) fn apply<O: Owner>(
+        &mut self,
+        n: usize,
+        data: u64,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let Some(rpdo) = self.rpdo.get(n) else { return };
+        let mapping = rpdo.mapping;
+        for copy in mapping.copies() {
+            let raw = low_bytes(
+                (data >> (8 * u32::from(copy.at & 7))) as u32,
+                copy.field.size(),
+            );
+            if copy.asks || copy.ranged {
+                let Some(row) = self.device.table.rows().get(usize::from(copy.row)) else {
+                    continue;
+                };
+                let address = Address::new(row.address.index, copy.sub);
+                if let Ok(entry) = self.device.table.find(address.index, address.sub) {
+                    // A refusal has no one to be told to.
+                    let _ = self.write(address, &entry, raw, now, owner, events);
+                }
+            } else {
+                Image::new(self.memory.as_mut()).set_raw(copy.field, raw);
+                events.changed.insert(copy.class);
+            }
+        }
+    }
+}
+
+/// The low `bytes` (1 to 4) of `raw`.
+#[inline]
+fn low_bytes(raw: u32, bytes: u8) -> u32 {
+    match bytes {
+        1 => raw & 0xFF,
+        2 => raw & 0xFFFF,
+        _ => raw,
+    }
+}

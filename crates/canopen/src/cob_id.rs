@@ -1,0 +1,73 @@
+//! Node IDs and COB-IDs.
+
+/// A CANopen node ID, 1 to 127.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(u8);
+
+impl NodeId {
+    /// `None` unless `id` is 1 to 127.
+    pub const fn new(id: u8) -> Option<NodeId> {
+        if id >= 1 && id <= 127 {
+            Some(NodeId(id))
+        } else {
+            None
+        }
+    }
+
+    /// The number.
+    #[inline]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+impl core::fmt::Display for NodeId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Display::fmt(&self.0, f)
+    }
+}
+
+/// A COB-ID parameter as it stands in the dictionary (CiA 301 7.5.2.5 and the PDO objects):
+/// bit 31 off for a PDO or EMCY, bit 30 function dependent, bit 29 frame format, then identifier.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CobId(pub u32);
+
+impl CobId {
+    /// A key that no data frame with an 11-bit identifier has: "listens to nothing".
+    pub(crate) const NO_KEY: u32 = u32::MAX;
+
+    /// Bit 31: the PDO or service does not exist.
+    pub const fn is_off(self) -> bool {
+        self.0 & (1 << 31) != 0
+    }
+
+    /// Bit 29: 29-bit identifier.
+    pub const fn is_extended(self) -> bool {
+        self.0 & (1 << 29) != 0
+    }
+
+    /// The 11-bit identifier.
+    pub const fn id(self) -> u16 {
+        (self.0 & 0x7FF) as u16
+    }
+
+    /// Whether the identifier is one that CiA 301 (7.3.5, restricted CAN-IDs) keeps for its own
+    /// services, so that no PDO, SYNC, TIME or EMCY may be moved onto it.
+    pub const fn is_restricted(self) -> bool {
+        matches!(
+            self.id(),
+            0x000..=0x07F
+                | 0x101..=0x180
+                | 0x581..=0x5FF
+                | 0x601..=0x67F
+                | 0x6E0..=0x6FF
+                | 0x701..=0x7FF
+        )
+    }
+}
+
+impl core::fmt::Debug for CobId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "CobId(0x{:08X})", self.0)
+    }
+}

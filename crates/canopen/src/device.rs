@@ -1,0 +1,113 @@
+//! What a device is: its dictionary, the communication objects in it, and its dialect.
+
+use crate::{Dialect, Dictionary, Field, Handle, PDOS, Table};
+
+/// A device type: everything about it that never changes. One `static` serves any number of nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Device {
+    /// The dictionary.
+    pub table: Table,
+    /// Where the node finds its own parameters.
+    pub objects: CommunicationObjects,
+    /// How it differs from the standard.
+    pub dialect: Dialect,
+}
+
+impl Device {
+    /// A device of `dictionary` and `dialect`.
+    pub const fn new<const N: usize>(
+        dictionary: &'static Dictionary<N>,
+        dialect: Dialect,
+    ) -> Device {
+        Device {
+            table: dictionary.table(),
+            objects: CommunicationObjects::of(dictionary),
+            dialect,
+        }
+    }
+}
+
+/// The objects of CiA 301 that the node itself reads and writes; `None` where a device has none.
+#[derive(Clone, Copy, Debug)]
+pub struct CommunicationObjects {
+    pub(crate) error_register: Option<Handle<u8>>,
+    pub(crate) history_count: Option<Handle<u8>>,
+    pub(crate) history: [Option<Handle<u32>>; 8],
+    pub(crate) sync_cob_id: Option<Handle<u32>>,
+    pub(crate) emcy_cob_id: Option<Handle<u32>>,
+    pub(crate) heartbeat_ms: Option<Handle<u16>>,
+    pub(crate) startup: Option<Handle<u32>>,
+    pub(crate) rpdo: [Option<PdoObjects>; PDOS],
+    pub(crate) tpdo: [Option<PdoObjects>; PDOS],
+}
+
+/// One PDO's parameters: 0x1400 and 0x1600, or 0x1800 and 0x1A00, plus its number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PdoObjects {
+    pub(crate) cob_id: Handle<u32>,
+    pub(crate) transmission_type: Handle<u8>,
+    pub(crate) map_count: Handle<u8>,
+    /// The first mapping entry; the others follow it in the image.
+    pub(crate) map_first: Field,
+    /// How many mapping entries there are.
+    pub(crate) map_entries: u8,
+}
+
+impl CommunicationObjects {
+    #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+    const fn of<const N: usize>(dictionary: &Dictionary<N>) -> CommunicationObjects {
+        let mut history = [None; 8];
+        let mut rpdo = [None; PDOS];
+        let mut tpdo = [None; PDOS];
+        let mut i = 0;
+        while i < 8 {
+            history[i] = dictionary.optional(0x1003, i as u8 + 1);
+            i += 1;
+        }
+        i = 0;
+        while i < PDOS {
+            rpdo[i] = PdoObjects::of(dictionary, 0x1400 + i as u16);
+            tpdo[i] = PdoObjects::of(dictionary, 0x1800 + i as u16);
+            i += 1;
+        }
+        CommunicationObjects {
+            error_register: dictionary.optional(0x1001, 0),
+            history_count: dictionary.optional(0x1003, 0),
+            history,
+            sync_cob_id: dictionary.optional(0x1005, 0),
+            emcy_cob_id: dictionary.optional(0x1014, 0),
+            heartbeat_ms: dictionary.optional(0x1017, 0),
+            startup: dictionary.optional(0x1F80, 0),
+            rpdo,
+            tpdo,
+        }
+    }
+}
+
+impl PdoObjects {
+    const fn of<const N: usize>(dictionary: &Dictionary<N>, index: u16) -> Option<PdoObjects> {
+        let (Some(cob_id), Some(transmission_type), Some(map_count), Some(map_first)) = (
+            dictionary.optional(index, 1),
+            dictionary.optional(index, 2),
+            dictionary.optional(index + 0x200, 0),
+            dictionary.field(index + 0x200, 1),
+        ) else {
+            return None;
+        };
+        let mut map_entries = 1;
+        while let Some(entry) = dictionary.field(index + 0x200, map_entries + 1) {
+            assert!(
+                entry.offset == map_first.offset + 4 * map_entries as u16,
+                "declare the entries of a PDO mapping as one run (.subs)"
+            );
+            map_entries += 1;
+        }
+        Some(PdoObjects {
+            cob_id,
+            transmission_type,
+            map_count,
+            map_first,
+            map_entries,
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! How a device's CANopen differs from the standard, as data.
+
+/// What the first byte of an expedited upload answer says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UploadReply {
+    /// 0x43, 0x47, 0x4B or 0x4F: expedited, size indicated (CiA 301 7.2.4.3.5).
+    Sized,
+    /// 0x42: expedited, size not indicated, eight bytes zero padded (P3, P2).
+    Unsized,
+}
+
+/// What bytes 4 to 7 of a download acknowledge hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AcknowledgeData {
+    /// Zeros (CiA 301; P3).
+    Zeros,
+    /// The data that was written (P3 JPL, J1).
+    Echo,
+}
+
+/// When a synchronous RPDO's data are applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RpdoSync {
+    /// With the next SYNC, whatever the type 0 to 240 says (CiA 301 7.5.2.35).
+    Next,
+    /// With the nth SYNC after reception for type n (P3, P50); 0 counts as 1.
+    Nth,
+}
+
+/// The abort code for a value outside an object's range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RangeAbort {
+    /// 0x06090031 or 0x06090032, by the side it is off (CiA 301).
+    TooHighTooLow,
+    /// 0x06090030 on both sides (P27).
+    Invalid,
+}
+
+/// The settings by which CANopen devices differ. Core code asks these, never which drive it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dialect {
+    /// SDO requests may be as short as their contents (4 to 8 bytes); the standard wants 8 (P1).
+    pub short_requests: bool,
+    /// How an expedited upload is answered.
+    pub upload_reply: UploadReply,
+    /// How a download is acknowledged.
+    pub acknowledge_data: AcknowledgeData,
+    /// Which abort a value out of range gets.
+    pub range_abort: RangeAbort,
+    /// A COB-ID may be changed and a PDO mapped anew while it is valid: setting sub-index 0 to 0 is
+    /// enough, and a COB-ID of 0 also means "off" (P49). The standard wants bit 31 set first.
+    pub reconfigure_while_valid: bool,
+    /// When synchronous RPDOs are applied.
+    pub rpdo_sync: RpdoSync,
+    /// TPDO type 0 is sent on every SYNC, like type 1 (P13); in the standard it is acyclic.
+    pub tpdo_type_0_is_cyclic: bool,
+    /// TPDOs answer SYNC in pre-operational, too (P14).
+    pub tpdo_in_pre_operational: bool,
+    /// 0x1F80 holds 0: go to operational after boot-up, 4: stay in pre-operational (P3 l.346). If
+    /// false the device stays in pre-operational unless 0x1F80 says otherwise by CiA 302-2.
+    pub boots_to_operational: bool,
+    /// Writing 0 to 0x1003,0 clears the error history (CiA 301 7.5.2.6; not in the P3, P40).
+    pub history_clearable: bool,
+}
+
+impl Dialect {
+    /// Plain CiA 301.
+    pub const STANDARD: Dialect = Dialect {
+        short_requests: false,
+        upload_reply: UploadReply::Sized,
+        acknowledge_data: AcknowledgeData::Zeros,
+        range_abort: RangeAbort::TooHighTooLow,
+        reconfigure_while_valid: false,
+        rpdo_sync: RpdoSync::Next,
+        tpdo_type_0_is_cyclic: false,
+        tpdo_in_pre_operational: false,
+        boots_to_operational: false,
+        history_clearable: true,
+    };
+}

@@ -1,0 +1,180 @@
+//! The values of a dictionary: one little-endian byte image per node.
+
+use core::marker::PhantomData;
+
+use crate::{DataType, Wire};
+
+/// A typed place in the image, resolved at compile time by [`crate::Dictionary::handle`].
+pub struct Handle<T> {
+    offset: u16,
+    kind: PhantomData<fn() -> T>,
+}
+
+impl<T> Handle<T> {
+    pub(crate) const fn at(offset: u16) -> Handle<T> {
+        Handle {
+            offset,
+            kind: PhantomData,
+        }
+    }
+}
+
+impl<T: Wire> Handle<T> {
+    /// The same place without its Rust type.
+    pub const fn field(self) -> Field {
+        Field {
+            offset: self.offset,
+            data_type: T::TYPE,
+        }
+    }
+}
+
+impl<T> Clone for Handle<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Handle<T> {}
+
+impl<T> core::fmt::Debug for Handle<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Handle({})", self.offset)
+    }
+}
+
+/// A place in the image with its type known at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    pub(crate) offset: u16,
+    pub(crate) data_type: DataType,
+}
+
+impl Field {
+    /// The object's type.
+    pub const fn data_type(self) -> DataType {
+        self.data_type
+    }
+
+    /// Bytes of its value.
+    #[inline]
+    pub const fn size(self) -> u8 {
+        self.data_type.size()
+    }
+}
+
+/// A node's values, borrowed. Reading a place that is not there gives 0; writing one does nothing:
+/// both are impossible with handles of the image's own dictionary.
+#[derive(Debug)]
+pub struct Image<'a> {
+    bytes: &'a mut [u8],
+}
+
+impl<'a> Image<'a> {
+    /// Over `bytes`, which hold [`crate::Table::image_bytes`].
+    #[inline]
+    pub fn new(bytes: &'a mut [u8]) -> Image<'a> {
+        Image { bytes }
+    }
+
+    /// The value of an object.
+    #[inline]
+    pub fn get<T: Wire>(&self, handle: Handle<T>) -> T {
+        T::from_raw(self.raw(handle.field()))
+    }
+
+    /// Sets the value of an object.
+    #[inline]
+    pub fn set<T: Wire>(&mut self, handle: Handle<T>, value: T) {
+        self.set_raw(handle.field(), value.to_raw());
+    }
+
+    /// The value's bytes, zero extended to four.
+    #[inline]
+    pub fn raw(&self, field: Field) -> u32 {
+        raw(self.bytes, field)
+    }
+
+    /// Sets the value's bytes from the low ones of `raw`.
+    #[inline]
+    pub fn set_raw(&mut self, field: Field, raw: u32) {
+        let at = usize::from(field.offset);
+        match field.size() {
+            1 => {
+                if let Some(byte) = self.bytes.get_mut(at) {
+                    *byte = raw as u8;
+                }
+            }
+            2 => {
+                if let Some(bytes) = self
+                    .bytes
+                    .get_mut(at..)
+                    .and_then(|rest| rest.first_chunk_mut::<2>())
+                {
+                    *bytes = (raw as u16).to_le_bytes();
+                }
+            }
+            4 => {
+                if let Some(bytes) = self
+                    .bytes
+                    .get_mut(at..)
+                    .and_then(|rest| rest.first_chunk_mut::<4>())
+                {
+                    *bytes = raw.to_le_bytes();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The value as a number, sign extended; a real number is truncated.
+    #[inline]
+    pub fn number(&self, field: Field) -> i64 {
+        field.data_type.number(self.raw(field))
+    }
+
+    /// The value as a real number.
+    #[inline]
+    pub fn real(&self, field: Field) -> f32 {
+        match field.data_type {
+            DataType::F32 => f32::from_bits(self.raw(field)),
+            _ => self.number(field) as f32,
+        }
+    }
+
+    /// Stores a number, held within the object's type.
+    #[inline]
+    pub fn set_number(&mut self, field: Field, value: i64) {
+        let raw = match field.data_type.bounds() {
+            Some((low, high)) => {
+                if value < low {
+                    low as u32
+                } else if value > high {
+                    high as u32
+                } else {
+                    value as u32
+                }
+            }
+            None => (value as f32).to_bits(),
+        };
+        self.set_raw(field, raw);
+    }
+}
+
+/// The value's bytes, zero extended to four; 0 where `bytes` end before.
+#[inline]
+pub(crate) fn raw(bytes: &[u8], field: Field) -> u32 {
+    let at = usize::from(field.offset);
+    match field.size() {
+        1 => bytes.get(at).map_or(0, |byte| u32::from(*byte)),
+        2 => match bytes.get(at..).and_then(|rest| rest.first_chunk::<2>()) {
+            Some(bytes) => u32::from(u16::from_le_bytes(*bytes)),
+            None => 0,
+        },
+        4 => match bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
+            Some(bytes) => u32::from_le_bytes(*bytes),
+            None => 0,
+        },
+        _ => 0,
+    }
+}
