@@ -17,9 +17,15 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod current;
+pub mod i2t;
 pub mod io;
+pub mod modulation;
 mod real;
+pub mod transform;
 pub mod trig;
+pub mod tuning;
+pub mod velocity;
 
 pub use real::{Mask, Real};
 pub use trig::sin_cos;

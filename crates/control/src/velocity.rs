@@ -1,0 +1,327 @@
+//! Position over many turns and velocity, from an encoder that is absolute within one.
+//!
+//! The difference of two readings divided by the period is a coarse velocity: one count in 50 µs is
+//! 20,000 counts/s. A first-order low-pass filter smooths it, whose cutoff is proportional to the
+//! present velocity between a floor and a ceiling (P3 l.622: "Fc … proportional to the present
+//! velocity"; the manual gives no constant). Fast motion gives many counts and needs little
+//! smoothing; slow motion gives few.
+//!
+//! There are two such filters. The reported one may be slow. The loop's own must not be: a velocity
+//! loop of bandwidth ω and ζ = 1 crosses over at 2.06 ω with 76° of phase margin (its open loop is
+//! (2ωs + ω²)/s²), and the filter takes atan(f crossover / f cutoff) of it. With the floor of
+//! [`Cutoff::LOOP`], 500 Hz, a 60 Hz loop keeps 62° and a 100 Hz loop 54°, of which the current loop
+//! and the sampling take another 10°. One count then moves the estimate by 2,900 counts/s, which
+//! the default gains of an EC-max 22 turn into 79 mA, 11 % of its continuous current.
+
+use crate::{Mask as _, Real};
+
+/// The cutoff frequency of a velocity filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cutoff<R: Real> {
+    /// Never below this, Hz.
+    pub floor_hz: R,
+    /// Never above this, Hz. The control rate over 2π is the highest that has an effect.
+    pub ceiling_hz: R,
+    /// In between: Hz for each turn per second.
+    pub hz_per_turn_per_s: R,
+}
+
+impl Cutoff<f32> {
+    /// Fit for closing a velocity loop of up to 100 Hz.
+    pub const LOOP: Self = Self {
+        floor_hz: 500.0,
+        ceiling_hz: 2_000.0,
+        hz_per_turn_per_s: 10.0,
+    };
+    /// Fit for reporting: 0.13 rpm of noise at 10 rpm, 2.6 rpm at 600 rpm (4,096 counts, 20 kHz).
+    pub const REPORTED: Self = Self {
+        floor_hz: 5.0,
+        ceiling_hz: 1_000.0,
+        hz_per_turn_per_s: 10.0,
+    };
+}
+
+/// 1 − exp(−x) for x held between 0 and 1, within 0.0024: the part of the way that a low-pass
+/// filter of cutoff ω goes in a period Ts = x/ω. A cubic, so that nothing is looked up or divided.
+#[inline(always)]
+pub(crate) fn approach<R: Real>(x: R) -> R {
+    let one = R::splat(1.0);
+    let x = x.least(one).greatest(R::splat(0.0));
+    x * (one - x * (R::splat(0.5) - x * R::splat(0.1344)))
+}
+
+/// A [`Cutoff`] in the units of the period: 2π·f·Ts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Steps<R: Real> {
+    floor: R,
+    ceiling: R,
+    per_count_per_s: R,
+}
+
+impl<R: Real> Steps<R> {
+    fn of(cutoff: &Cutoff<R>, period_s: R, counts_per_turn: R) -> Self {
+        let omega_period = R::splat(core::f32::consts::TAU) * period_s;
+        Self {
+            floor: cutoff.floor_hz * omega_period,
+            ceiling: cutoff.ceiling_hz * omega_period,
+            per_count_per_s: cutoff.hz_per_turn_per_s * omega_period / counts_per_turn,
+        }
+    }
+
+    /// The part of the way at a speed.
+    #[inline(always)]
+    fn at(&self, speed: R) -> R {
+        let x = speed * self.per_count_per_s;
+        approach(x.greatest(self.floor).least(self.ceiling))
+    }
+}
+
+/// What the [`Tracker`] needs of the encoder, computed once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder<R: Real> {
+    counts_per_turn: R::Count,
+    half_turn: R,
+    /// User direction: 1 or −1.
+    polarity: R::Count,
+    rate_hz: R,
+    in_loop: Steps<R>,
+    reported: Steps<R>,
+}
+
+impl<R: Real> Encoder<R> {
+    /// An encoder of so many counts per turn, read every `period_s`; `polarity` is 1, or −1 where
+    /// the user's positive direction is the encoder's negative one (object 0x607E).
+    pub fn new(
+        counts_per_turn: R::Count,
+        polarity: R::Count,
+        period_s: R,
+        in_loop: &Cutoff<R>,
+        reported: &Cutoff<R>,
+    ) -> Self {
+        let counts = R::of_count(counts_per_turn);
+        Self {
+            counts_per_turn,
+            half_turn: counts * R::splat(0.5),
+            polarity,
+            rate_hz: R::splat(1.0) / period_s,
+            in_loop: Steps::of(in_loop, period_s, counts),
+            reported: Steps::of(reported, period_s, counts),
+        }
+    }
+}
+
+/// Position and velocity in the user's direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tracker<R: Real> {
+    started: R::Mask,
+    named: R::Mask,
+    raw: R::Count,
+    position: R::Count,
+    velocity: R,
+    reported: R,
+}
+
+impl<R: Real> Tracker<R> {
+    /// Before the first reading, which becomes the position (in the user's direction) unless
+    /// [`preset`](Self::preset) named another.
+    pub fn new() -> Self {
+        Self {
+            started: R::Mask::splat(false),
+            named: R::Mask::splat(false),
+            raw: R::count(0),
+            position: R::count(0),
+            velocity: R::splat(0.0),
+            reported: R::splat(0.0),
+        }
+    }
+
+    /// Takes the encoder's reading, 0 to counts per turn − 1. Between two readings the shaft moves
+    /// by less than half a turn.
+    #[inline(always)]
+    pub fn update(&mut self, encoder: &Encoder<R>, raw: R::Count) {
+        let jump = R::count_sub(raw, self.raw);
+        // Exact: readings are far below 2²⁴.
+        let size = R::of_count(jump);
+        let over = encoder.half_turn.le(size);
+        let under = size.lt(-encoder.half_turn);
+        let short = R::count_select(over, R::count_sub(jump, encoder.counts_per_turn), jump);
+        let moved = R::count_select(under, R::count_add(jump, encoder.counts_per_turn), short);
+        let within_turn = R::count_mul(raw, encoder.polarity);
+        let first = R::count_select(self.named, self.position, within_turn);
+        let moved = R::count_mul(moved, encoder.polarity);
+        let next = R::count_add(self.position, moved);
+        self.position = R::count_select(self.started, next, first);
+        let moved = R::count_select(self.started, moved, R::count(0));
+        self.raw = raw;
+        self.started = R::Mask::splat(true);
+
+        let coarse = R::of_count(moved) * encoder.rate_hz;
+        let part = encoder.in_loop.at(self.velocity.abs());
+        self.velocity = (self.velocity + part * (coarse - self.velocity)).sane();
+        // The cutoff follows the filter's own output. Following the livelier estimate would open
+        // the filter just when a count arrives and so read 40 % too fast at 10 rpm.
+        let part = encoder.reported.at(self.reported.abs());
+        self.reported = (self.reported + part * (coarse - self.reported)).sane();
+    }
+
+    /// Position, counts, wrapping.
+    #[inline(always)]
+    pub fn position(&self) -> R::Count {
+        self.position
+    }
+
+    /// Velocity for closing a loop, counts/s.
+    #[inline(always)]
+    pub fn velocity(&self) -> R {
+        self.velocity
+    }
+
+    /// Velocity for reporting, counts/s.
+    pub fn reported(&self) -> R {
+        self.reported
+    }
+
+    /// The last reading.
+    pub fn raw(&self) -> R::Count {
+        self.raw
+    }
+
+    /// Renames the present position (0x6064 of a P3 is writable).
+    pub fn preset(&mut self, position: R::Count) {
+        self.position = position;
+        self.named = R::Mask::splat(true);
+    }
+
+    /// Turns the user's direction round where `mask` is true.
+    pub(crate) fn reverse(&mut self, mask: R::Mask) {
+        let turned = R::count_sub(R::count(0), self.position);
+        self.position = R::count_select(mask, turned, self.position);
+        self.velocity = R::select(mask, -self.velocity, self.velocity);
+        self.reported = R::select(mask, -self.reported, self.reported);
+    }
+}
+
+impl<R: Real> Default for Tracker<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f32 = 50e-6;
+
+    fn encoder(polarity: i32) -> Encoder<f32> {
+        Encoder::new(4096, polarity, PERIOD_S, &Cutoff::LOOP, &Cutoff::REPORTED)
+    }
+
+    /// Turns at a constant speed for a time; the mean and the deviation of both estimates over the
+    /// second half, counts/s.
+    fn run(speed: f64, seconds: f64) -> [(f64, f64); 2] {
+        let encoder = encoder(1);
+        let mut tracker = Tracker::<f32>::new();
+        let periods = (seconds / 50e-6) as usize;
+        let mut sums = [(0.0, 0.0); 2];
+        for period in 0..periods {
+            let angle = 0.37 + speed * 50e-6 * period as f64;
+            tracker.update(&encoder, angle.rem_euclid(4096.0) as i32);
+            if period >= periods / 2 {
+                for (sum, value) in sums
+                    .iter_mut()
+                    .zip([tracker.velocity(), tracker.reported()])
+                {
+                    let off = f64::from(value) - speed;
+                    *sum = (sum.0 + off, sum.1 + off * off);
+                }
+            }
+        }
+        let n = (periods - periods / 2) as f64;
+        sums.map(|(sum, squares)| (sum / n, (squares / n).sqrt()))
+    }
+
+    #[test]
+    fn approach_is_close_to_the_exponential() {
+        for step in 0..=1000 {
+            let x = step as f32 / 1000.0;
+            let exact = 1.0 - f64::from(-x).exp();
+            assert!((f64::from(approach(x)) - exact).abs() < 0.0024, "{x}");
+            assert!(step < 50 || (f64::from(approach(x)) / exact - 1.0).abs() < 0.005);
+        }
+        assert_eq!(approach(7.0_f32), approach(1.0_f32));
+        assert_eq!(approach(-7.0_f32), 0.0);
+    }
+
+    #[test]
+    fn estimates_are_unbiased_and_as_quiet_as_stated() {
+        let rpm = 4096.0 / 60.0;
+        // Speed, then the deviations allowed to the reported and to the loop's estimate, all in rpm.
+        for (speed, reported_rpm, loop_rpm) in [
+            (10.0, 0.14, 12.0),
+            (-10.0, 0.14, 12.0),
+            (600.0, 2.7, 13.0),
+            (6000.0, 25.0, 25.0),
+            (-12_900.0, 30.0, 50.0),
+        ] {
+            let [fast, slow] = run(speed * rpm, 2.0);
+            let got = [fast.0, fast.1, slow.0, slow.1].map(|value| value / rpm);
+            std::println!("{speed} rpm: loop mean, sd, reported mean, sd: {got:.3?}");
+            let bias = 0.1 + 1e-4 * speed.abs();
+            assert!(
+                got[0].abs() < bias && got[2].abs() < bias,
+                "{speed}: {got:?}"
+            );
+            assert!(
+                got[1] < loop_rpm && got[3] < reported_rpm,
+                "{speed}: {got:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn position_counts_turns_both_ways_and_wraps() {
+        let encoder = encoder(1);
+        let mut tracker = Tracker::<f32>::new();
+        tracker.update(&encoder, 4000);
+        assert_eq!((tracker.position(), tracker.velocity()), (4000, 0.0));
+        for (raw, position) in [
+            (100, 4196),
+            (2147, 6243), // half a turn less one forward
+            (100, 4196),  // and back
+            (4090, 4090), // backward over the turn's end
+            (2042, 2042),
+            (4089, 4089),
+        ] {
+            tracker.update(&encoder, raw);
+            assert_eq!(tracker.position(), position, "at {raw}");
+        }
+        tracker.preset(i32::MAX);
+        tracker.update(&encoder, 4090);
+        assert_eq!(tracker.position(), i32::MIN);
+    }
+
+    #[test]
+    fn a_reversed_user_direction_reverses_everything() {
+        let reversed = encoder(-1);
+        let mut tracker = Tracker::<f32>::new();
+        tracker.update(&reversed, 10);
+        tracker.update(&reversed, 13);
+        assert_eq!((tracker.position(), tracker.raw()), (-13, 13));
+        assert!(tracker.velocity() < 0.0 && tracker.reported() < 0.0);
+        let before = tracker.velocity();
+        tracker.reverse(true);
+        assert_eq!((tracker.position(), tracker.velocity()), (13, -before));
+    }
+
+    #[test]
+    fn a_preset_before_the_first_reading_holds() {
+        let encoder = encoder(1);
+        let mut tracker = Tracker::<f32>::new();
+        tracker.preset(-70_000);
+        tracker.update(&encoder, 3333);
+        assert_eq!((tracker.position(), tracker.velocity()), (-70_000, 0.0));
+        tracker.update(&encoder, 3330);
+        assert_eq!(tracker.position(), -70_003);
+    }
+}
