@@ -1,0 +1,126 @@
+//! `servobus-bench`: measures all subjects and prints a table, or runs one case of one subject, as
+//! it does itself under valgrind.
+
+mod subjects;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::{env, fs, io};
+
+use bench::measure::{self, MeasureError};
+use bench::report::{Figure, Report, Row};
+use bench::subject::{Case, Wrong};
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
+use clap::builder::TypedValueParser as _;
+
+use crate::subjects::SubjectName;
+
+/// Counts the instructions a CANopen frame costs, ours beside two other Rust stacks.
+///
+/// Without options, measures every case of every subject under valgrind and prints a table.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// Also writes the figures to this file
+    #[arg(long, value_name = "FILE", conflicts_with = "subject")]
+    json: Option<PathBuf>,
+
+    /// Runs one case of this stack and measures nothing
+    #[arg(long, requires = "case", requires = "iterations", value_parser = subject_parser())]
+    subject: Option<SubjectName>,
+
+    /// The case to run
+    #[arg(long, requires = "subject", value_parser = case_parser())]
+    case: Option<Case>,
+
+    /// How many times to run it
+    #[arg(long, requires = "subject", value_name = "N")]
+    iterations: Option<u64>,
+}
+
+fn subject_parser() -> impl clap::builder::TypedValueParser<Value = SubjectName> {
+    let names = SubjectName::ALL.map(SubjectName::name);
+    PossibleValuesParser::new(names).try_map(|name| {
+        let mut all = SubjectName::ALL.into_iter();
+        all.find(|subject| subject.name() == name)
+            .ok_or("no such subject")
+    })
+}
+
+fn case_parser() -> impl clap::builder::TypedValueParser<Value = Case> {
+    PossibleValuesParser::new(Case::ALL.map(Case::name)).try_map(|name| {
+        let mut all = Case::ALL.into_iter();
+        all.find(|case| case.name() == name).ok_or("no such case")
+    })
+}
+
+#[derive(Debug, thiserror::Error)]
+enum Error {
+    #[error("{0} has no clock, hence no {case}", case = Case::IdlePoll.name())]
+    NoClock(&'static str),
+    #[error("{subject}, {case}: {wrong}", case = case.name())]
+    Wrong {
+        subject: &'static str,
+        case: Case,
+        wrong: Wrong,
+    },
+    #[error("a debug build says nothing about cost: build with --release")]
+    DebugBuild,
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    #[error("the path of this program: {0}")]
+    Program(io::Error),
+    #[error("{0}: {1}")]
+    Json(PathBuf, io::Error),
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match (arguments.subject, arguments.case, arguments.iterations) {
+        (Some(subject), Some(case), Some(iterations)) => subjects::run(subject, case, iterations),
+        _ => measure_all(arguments.json.as_deref()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("servobus-bench: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure_all(json: Option<&Path>) -> Result<(), Error> {
+    if cfg!(debug_assertions) {
+        return Err(Error::DebugBuild);
+    }
+    let program = env::current_exe().map_err(Error::Program)?;
+    let mut report = Report {
+        subjects: SubjectName::ALL.map(SubjectName::name).to_vec(),
+        rows: Vec::new(),
+    };
+    for case in Case::ALL {
+        let figure = |subject: SubjectName| -> Result<Option<Figure>, MeasureError> {
+            if !subject.offers(case) {
+                return Ok(None);
+            }
+            let (subject, case) = (subject.name(), case.name());
+            let arguments = ["--subject", subject, "--case", case, "--iterations"];
+            let count = measure::instructions_per_iteration(&program, &arguments)?;
+            Ok(Some(Figure::Instructions(count)))
+        };
+        report.rows.push(Row {
+            metric: case.metric(),
+            figures: SubjectName::ALL
+                .into_iter()
+                .map(figure)
+                .collect::<Result<_, _>>()?,
+        });
+    }
+    println!("{}", report.table());
+    if let Some(path) = json {
+        let text = format!("{:#}\n", report.json());
+        fs::write(path, text).map_err(|error| Error::Json(path.to_owned(), error))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,71 @@
+//! The stacks under measurement.
+
+mod canopen_rs;
+mod zencan;
+
+use bench::subject::{self, Case};
+
+use self::canopen_rs::CanopenRs;
+use self::zencan::Zencan;
+use crate::Error;
+
+/// The stacks, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SubjectName {
+    /// zencan-node 0.0.5.
+    Zencan,
+    /// canopen-rs 0.6.1.
+    CanopenRs,
+}
+
+impl SubjectName {
+    /// Every stack, in the order of the report.
+    pub(crate) const ALL: [Self; 2] = [Self::Zencan, Self::CanopenRs];
+
+    /// Its name on the command line and in the report.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Zencan => "zencan-node",
+            Self::CanopenRs => "canopen-rs",
+        }
+    }
+
+    /// Whether it has the function that the case measures.
+    pub(crate) const fn offers(self, case: Case) -> bool {
+        // canopen-rs knows no time: the application sends heartbeats and counts periods.
+        !matches!((self, case), (Self::CanopenRs, Case::IdlePoll))
+    }
+}
+
+/// Runs one case of one stack, answers checked.
+pub(crate) fn run(name: SubjectName, case: Case, iterations: u64) -> Result<(), Error> {
+    let result = match (name, case) {
+        (SubjectName::Zencan, Case::SdoUpload) => {
+            subject::run_upload(&mut Zencan::with_50_objects(), iterations)
+        }
+        (SubjectName::Zencan, Case::SdoUpload500) => {
+            subject::run_upload(&mut Zencan::with_500_objects(), iterations)
+        }
+        (SubjectName::Zencan, Case::Sync4Tpdo) => {
+            subject::run_sync(&mut Zencan::with_50_objects(), iterations)
+        }
+        (SubjectName::Zencan, Case::IdlePoll) => {
+            subject::run_poll(&mut Zencan::with_50_objects(), iterations)
+        }
+        (SubjectName::CanopenRs, Case::SdoUpload) => {
+            subject::run_upload(&mut CanopenRs::<50>::new(), iterations)
+        }
+        (SubjectName::CanopenRs, Case::SdoUpload500) => {
+            subject::run_upload(&mut CanopenRs::<500>::new(), iterations)
+        }
+        (SubjectName::CanopenRs, Case::Sync4Tpdo) => {
+            subject::run_sync(&mut CanopenRs::<50>::new(), iterations)
+        }
+        (SubjectName::CanopenRs, Case::IdlePoll) => return Err(Error::NoClock(name.name())),
+    };
+    result.map_err(|wrong| Error::Wrong {
+        subject: name.name(),
+        case,
+        wrong,
+    })
+}
