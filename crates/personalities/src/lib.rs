@@ -1,1 +1,28 @@
-//! personalities
+//! The documented drives, as data.
+//!
+//! A [`Personality`] is everything by which one drive differs from another: its dictionary rows,
+//! where the drive core finds its targets, feedback and parameters among them and in which units,
+//! its fault table, and its dialects. The core crates never ask which drive they are.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
+)]
+
+pub mod class;
+mod faults;
+mod objects;
+pub mod p3;
+mod personality;
+
+pub use faults::{Cause, FaultRow, Kind, States, Switch};
+pub use objects::{
+    AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects, LoopObjects,
+    MotorObjects, Scaled, TargetObjects, WindowObjects,
+};
+pub use personality::{ALL, Personality, by_name};

@@ -1,0 +1,12 @@
+//! Classes of change that dictionary rows tell (`Row::tells`), and the drive acts upon.
+
+/// A target position was written.
+pub const TARGET_POSITION: u8 = 1;
+/// A target velocity was written.
+pub const TARGET_VELOCITY: u8 = 2;
+/// A target torque was written.
+pub const TARGET_TORQUE: u8 = 3;
+/// A limit, rate, window or option code of the axis was written.
+pub const CONFIGURATION: u8 = 4;
+/// A parameter of the motor, the amplifier or a controller was written.
+pub const CONTROL: u8 = 5;

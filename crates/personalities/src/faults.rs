@@ -1,0 +1,110 @@
+//! The errors that a drive announces.
+
+use canopen::Field;
+
+/// Whether an error stops the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Ends by itself when its cause ends.
+    Warning,
+    /// Latched; leads to the fault state; ends with a fault reset.
+    Fault,
+}
+
+/// In which states an error is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum States {
+    /// Always.
+    All,
+    /// While the drive function is enabled.
+    OperationEnabled,
+}
+
+/// What makes an error possible.
+#[derive(Clone, Copy, Debug)]
+pub enum Switch {
+    /// It cannot be switched off.
+    Always,
+    /// Off unless this object is other than 0; the object is the threshold, too.
+    Object(Field),
+    /// No object enables it (P46), and it is off.
+    Off,
+}
+
+/// What an error tells of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The reset was the watchdog's.
+    WatchdogReset,
+    /// A parameter is out of range, or the stored ones are damaged.
+    ParameterError,
+    /// The encoder's reading is invalid.
+    EncoderFeedback,
+    /// The encoder's magnet is too near or too far.
+    MagnetDistance,
+    /// I²t limits the current.
+    CurrentLimit,
+    /// A short circuit.
+    ShortCircuit,
+    /// Motor supply above its limit.
+    BusOverVoltage,
+    /// Motor supply below its limit.
+    BusUnderVoltage,
+    /// Amplifier too hot.
+    AmplifierTemperature,
+    /// Motor too hot.
+    MotorTemperature,
+    /// Received frames were lost.
+    CanOverrun,
+    /// No SYNC within the time-out.
+    SyncLoss,
+    /// The CAN controller was bus-off.
+    BusOffRecovered,
+    /// The rotor does not follow the field.
+    MotorPhasing,
+    /// Positive limit switch.
+    PositiveLimitSwitch,
+    /// Negative limit switch.
+    NegativeLimitSwitch,
+    /// Home switch.
+    HomeSwitch,
+    /// The target lies beyond the greatest position.
+    PositiveSoftStop,
+    /// The target lies beyond the least position.
+    NegativeSoftStop,
+    /// The position left the 32-bit range.
+    PositionWrapped,
+    /// Velocity error beyond the warning window.
+    VelocityTrackingWarning,
+    /// Velocity error beyond the fault window.
+    VelocityTrackingFault,
+    /// The speed is outside its limits.
+    VelocityLimit,
+    /// An acceleration was limited.
+    AccelerationLimit,
+    /// Following error beyond the warning window.
+    PositionTrackingWarning,
+    /// Homing failed.
+    Homing,
+    /// Following error beyond the fault window.
+    PositionTrackingFault,
+}
+
+/// One row of a fault table.
+#[derive(Clone, Copy, Debug)]
+pub struct FaultRow {
+    /// What it tells of.
+    pub cause: Cause,
+    /// Emergency error code.
+    pub code: u16,
+    /// Warning or fault.
+    pub kind: Kind,
+    /// Its bit in the error register 0x1001.
+    pub register_bit: u8,
+    /// Its bit in the manufacturer status register 0x1002.
+    pub status_bit: u8,
+    /// When it is looked for.
+    pub states: States,
+    /// What makes it possible.
+    pub switch: Switch,
+}

@@ -1,0 +1,235 @@
+//! Where the drive core finds its values in a dictionary, and in which units they stand there.
+
+use canopen::{Field, Handle};
+
+/// An object and its unit: internal value = object × `scale`.
+///
+/// Internal units: counts, counts/s, counts/s², per mille of rated torque, and SI units for
+/// everything electrical and mechanical.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled {
+    /// The object.
+    pub field: Field,
+    /// Internal units per unit of the object.
+    pub scale: f32,
+    /// Units of the object per internal unit, so that no division is needed to publish.
+    pub per_unit: f32,
+}
+
+impl Scaled {
+    /// An object whose unit is `scale` internal units.
+    pub const fn new(field: Field, scale: f32) -> Scaled {
+        Scaled {
+            field,
+            scale,
+            per_unit: 1.0 / scale,
+        }
+    }
+
+    /// An object in internal units.
+    pub const fn plain(field: Field) -> Scaled {
+        Scaled::new(field, 1.0)
+    }
+}
+
+/// One axis: the objects of CiA 402, wherever the drive has them.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisObjects {
+    /// 0x6040.
+    pub controlword: Handle<u16>,
+    /// 0x6041.
+    pub statusword: Handle<u16>,
+    /// 0x6060.
+    pub mode: Field,
+    /// 0x6061.
+    pub mode_display: Field,
+    /// 0x6502.
+    pub supported_modes: Option<Handle<u32>>,
+    /// What the master wants.
+    pub targets: TargetObjects,
+    /// What the drive shows.
+    pub feedback: FeedbackObjects,
+    /// Limits and profile parameters.
+    pub configuration: ConfigurationObjects,
+    /// 0x6076, rated torque, to which per mille refer, Nm.
+    pub rated_torque_nm: Scaled,
+    /// 0x607E, direction of positive values, +1 or −1.
+    pub polarity: Option<Field>,
+}
+
+/// Targets and offsets.
+#[derive(Clone, Copy, Debug)]
+pub struct TargetObjects {
+    /// 0x607A, counts.
+    pub position: Scaled,
+    /// 0x60FF, counts/s.
+    pub velocity: Scaled,
+    /// 0x6071, per mille of rated torque.
+    pub torque: Scaled,
+    /// 0x60B0, counts.
+    pub position_offset: Option<Scaled>,
+    /// 0x60B1, counts/s.
+    pub velocity_offset: Option<Scaled>,
+    /// 0x60B2, per mille of rated torque.
+    pub torque_offset: Option<Scaled>,
+}
+
+/// What the drive shows.
+#[derive(Clone, Copy, Debug)]
+pub struct FeedbackObjects {
+    /// 0x6064, counts.
+    pub position: Scaled,
+    /// 0x606C, counts/s.
+    pub velocity: Scaled,
+    /// 0x6077, per mille of rated torque.
+    pub torque: Scaled,
+    /// 0x6078, A.
+    pub current_a: Option<Scaled>,
+    /// Position demand after limits (the P3's 0x60FC), counts.
+    pub position_demand: Option<Scaled>,
+    /// Velocity demand after limits (the P3's 0x6043), counts/s.
+    pub velocity_demand: Option<Scaled>,
+    /// Torque demand after limits (the P3's 0x3023,1), per mille of rated torque.
+    pub torque_demand: Option<Scaled>,
+    /// 0x60F4, counts.
+    pub following_error: Option<Scaled>,
+    /// Velocity demand minus actual (the P3's 0x3023,2), counts/s.
+    pub velocity_error: Option<Scaled>,
+    /// Motor supply, V.
+    pub bus_voltage_v: Option<Scaled>,
+    /// Amplifier temperature, °C.
+    pub temperature_c: Option<Scaled>,
+    /// Raw encoder reading, counts.
+    pub raw_encoder: Option<Scaled>,
+    /// Filtered current sense of phases A and B, converter counts.
+    pub current_sense: [Option<Scaled>; 2],
+}
+
+/// Limits and profile parameters. Where several objects limit the same thing, the least counts;
+/// a limit of 0 counts as "none".
+#[derive(Clone, Copy, Debug)]
+pub struct ConfigurationObjects {
+    /// 0x6081, counts/s.
+    pub profile_velocity: Scaled,
+    /// 0x6083, counts/s².
+    pub acceleration: Scaled,
+    /// 0x6084, counts/s².
+    pub deceleration: Scaled,
+    /// 0x6085, counts/s².
+    pub quick_stop_deceleration: Option<Scaled>,
+    /// 0x607F and whatever else limits the velocity demand, counts/s.
+    pub max_velocity: &'static [Scaled],
+    /// 0x6080, the greatest speed in torque modes, counts/s.
+    pub max_motor_velocity: Option<Scaled>,
+    /// 0x60C5, counts/s².
+    pub max_acceleration: Option<Scaled>,
+    /// 0x60C6, counts/s².
+    pub max_deceleration: Option<Scaled>,
+    /// 0x607D,1 and 2, counts; both 0: no limits.
+    pub position_limits: Option<(Scaled, Scaled)>,
+    /// 0x6072, per mille of rated torque.
+    pub max_torque: Scaled,
+    /// 0x6087, per mille of rated torque per second.
+    pub torque_slope: Option<Scaled>,
+    /// 0x60C2,1 and 2: value and power of ten of a second.
+    pub interpolation_period: Option<(Field, Field)>,
+    /// 0x605A.
+    pub quick_stop_option: Option<Field>,
+    /// Following error that warns, counts.
+    pub following_warning: Option<WindowObjects>,
+    /// Following error that is a fault, counts.
+    pub following_fault: Option<WindowObjects>,
+    /// Velocity error that warns, counts/s.
+    pub velocity_warning: Option<WindowObjects>,
+    /// Velocity error that is a fault, counts/s.
+    pub velocity_fault: Option<WindowObjects>,
+    /// When a position counts as reached, counts and ms, where no object says it.
+    pub position_window: (u32, u16),
+    /// When a velocity counts as reached, counts/s and ms, where no object says it.
+    pub velocity_window: (u32, u16),
+    /// Speed that counts as standstill, counts/s.
+    pub velocity_threshold: f32,
+}
+
+/// A window and its time; a window of 0 is off.
+#[derive(Clone, Copy, Debug)]
+pub struct WindowObjects {
+    /// Counts or counts/s.
+    pub size: Scaled,
+    /// Milliseconds.
+    pub time_ms: Field,
+}
+
+/// The motor and its encoder.
+#[derive(Clone, Copy, Debug)]
+pub struct MotorObjects {
+    /// Encoder reading with the rotor under phase A, counts.
+    pub electrical_zero: Field,
+    /// +1 or −1: order of the phases against the encoder's direction.
+    pub electrical_polarity: Field,
+    /// Number of poles (twice the pole pairs).
+    pub poles: Field,
+    /// Nm per A of peak phase current.
+    pub torque_constant: Scaled,
+    /// Terminal to terminal, Ω.
+    pub terminal_resistance: Scaled,
+    /// Terminal to terminal, H.
+    pub terminal_inductance: Scaled,
+    /// kg·m².
+    pub rotor_inertia: Scaled,
+    /// A.
+    pub continuous_current: Scaled,
+    /// A.
+    pub peak_current: Scaled,
+    /// s.
+    pub peak_time: Scaled,
+    /// The user's own, lower current limits: continuous A, peak A, time s; 0 is "none".
+    pub user_continuous_current: Option<Scaled>,
+    /// See [`MotorObjects::user_continuous_current`].
+    pub user_peak_current: Option<Scaled>,
+    /// See [`MotorObjects::user_continuous_current`].
+    pub user_peak_time: Option<Scaled>,
+    /// Counts per turn.
+    pub encoder_resolution: Field,
+    /// Age of an encoder reading, s.
+    pub encoder_lag: Scaled,
+    /// Whether the excess of current is summed as the manual prints it, or dimensionally right.
+    pub i2t_is_literal: bool,
+}
+
+/// The amplifier and the controllers.
+#[derive(Clone, Copy, Debug)]
+pub struct AmplifierObjects {
+    /// PWM frequency, Hz.
+    pub pwm_frequency_hz: Field,
+    /// PWM periods per control period.
+    pub pwm_per_control: u32,
+    /// Greatest current, A.
+    pub max_current: Scaled,
+    /// Calibrated readings at no current of phases A and B, converter counts.
+    pub current_zero: [Field; 2],
+    /// The controllers.
+    pub gains: GainObjects,
+}
+
+/// The controllers' bandwidth and damping.
+#[derive(Clone, Copy, Debug)]
+pub struct GainObjects {
+    /// D-axis current controller.
+    pub current_d: LoopObjects,
+    /// Q-axis current controller.
+    pub current_q: LoopObjects,
+    /// Velocity controller.
+    pub velocity: LoopObjects,
+    /// Position controller.
+    pub position: LoopObjects,
+}
+
+/// One controller.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopObjects {
+    /// Hz.
+    pub bandwidth: Scaled,
+    /// 1 is critical.
+    pub damping: Scaled,
+}

@@ -1,0 +1,275 @@
+//! The manual's table "Faults and Warnings" and the objects it names (P6).
+
+use canopen::Group::Application;
+use canopen::Row;
+use canopen::row::{u8, u16, u32};
+
+use super::OBJECTS_CONST;
+use crate::class::{CONFIGURATION, CONTROL};
+use crate::{Cause, FaultRow, Kind, States, Switch};
+
+const fn threshold(row: Row) -> Row {
+    row.rw().store(Application).tells(CONFIGURATION)
+}
+
+/// Thresholds, time-outs and switches. 0 disables.
+pub(super) const OBJECT_ROWS: &[Row] = &[
+    threshold(u8(0x2403, 0, "Encoder magnet distance fault").range(0, 1)),
+    threshold(u16(0x2110, 0, "User peak current").unit("0.01A")).tells(CONTROL),
+    threshold(u16(0x2111, 0, "User continuous current").unit("0.01A")).tells(CONTROL),
+    threshold(u16(0x2112, 0, "User peak current time").unit("ms")).tells(CONTROL),
+    threshold(
+        u16(0x2384, 6, "Amplifier max voltage")
+            .unit("0.1V")
+            .default(520),
+    ),
+    threshold(
+        u16(0x2384, 7, "Amplifier min voltage")
+            .unit("0.1V")
+            .default(180),
+    ),
+    threshold(
+        u8(0x2384, 9, "Amplifier max temperature")
+            .unit("degC")
+            .default(85),
+    ),
+    threshold(
+        u8(0x220A, 0, "Motor max temperature")
+            .unit("degC")
+            .default(85),
+    ),
+    threshold(u8(0x2404, 0, "CAN overrun fault").range(0, 1)),
+    threshold(u16(0x2406, 0, "SYNC loss fault timeout").unit("ms")),
+    threshold(u8(0x2405, 0, "Recovered from bus-off fault").range(0, 1)),
+    threshold(u16(0x606D, 0, "Velocity tracking warning window").unit("cts/s")),
+    threshold(u16(0x606E, 0, "Velocity tracking warning timeout").unit("ms")),
+    threshold(u16(0x2104, 0, "Velocity tracking fault window").unit("cts/s")),
+    threshold(u16(0x2105, 0, "Velocity tracking fault timeout").unit("ms")),
+    // P20: 1 is the greatest and 2 the least velocity, other than in the standard.
+    threshold(u32(0x6046, 1, "Max velocity limit").unit("cts/s")),
+    threshold(u32(0x6046, 2, "Min velocity limit").unit("cts/s")),
+    threshold(u32(0x6065, 0, "Position tracking warning window").unit("cts")),
+    threshold(u16(0x6066, 0, "Position tracking warning timeout").unit("ms")),
+    threshold(u32(0x2120, 0, "Position tracking fault window").unit("cts")),
+    threshold(u16(0x2121, 0, "Position tracking fault timeout").unit("ms")),
+];
+
+const fn row(
+    cause: Cause,
+    code: u16,
+    kind: Kind,
+    register_bit: u8,
+    status_bit: u8,
+    states: States,
+    switch: Switch,
+) -> FaultRow {
+    FaultRow {
+        cause,
+        code,
+        kind,
+        register_bit,
+        status_bit,
+        states,
+        switch,
+    }
+}
+
+const fn by(index: u16, sub: u8) -> Switch {
+    Switch::Object(OBJECTS_CONST.need(index, sub))
+}
+
+use Kind::{Fault, Warning};
+use States::{All, OperationEnabled};
+use Switch::{Always, Off};
+
+/// The table in the manual's order. Those marked `x` there have no object that enables them: four
+/// are always on, the others off (P46).
+pub(super) const TABLE: &[FaultRow] = &[
+    row(Cause::WatchdogReset, 0x6010, Fault, 0, 0, All, Always),
+    row(Cause::ParameterError, 0x6320, Fault, 0, 1, All, Always),
+    row(Cause::EncoderFeedback, 0x7320, Fault, 0, 2, All, Always),
+    row(
+        Cause::MagnetDistance,
+        0x7321,
+        Fault,
+        0,
+        3,
+        All,
+        by(0x2403, 0),
+    ),
+    row(
+        Cause::CurrentLimit,
+        0x2310,
+        Warning,
+        1,
+        4,
+        OperationEnabled,
+        by(0x2111, 0),
+    ),
+    row(
+        Cause::ShortCircuit,
+        0x2320,
+        Fault,
+        1,
+        5,
+        OperationEnabled,
+        Always,
+    ),
+    row(
+        Cause::BusOverVoltage,
+        0x3210,
+        Fault,
+        2,
+        6,
+        All,
+        by(0x2384, 6),
+    ),
+    row(
+        Cause::BusUnderVoltage,
+        0x3220,
+        Fault,
+        2,
+        7,
+        All,
+        by(0x2384, 7),
+    ),
+    row(
+        Cause::AmplifierTemperature,
+        0x4210,
+        Fault,
+        3,
+        8,
+        OperationEnabled,
+        by(0x2384, 9),
+    ),
+    row(
+        Cause::MotorTemperature,
+        0x4310,
+        Fault,
+        3,
+        9,
+        OperationEnabled,
+        by(0x220A, 0),
+    ),
+    row(Cause::CanOverrun, 0x8110, Fault, 4, 10, All, by(0x2404, 0)),
+    row(Cause::SyncLoss, 0x8180, Fault, 4, 11, All, by(0x2406, 0)),
+    row(
+        Cause::BusOffRecovered,
+        0x8140,
+        Fault,
+        4,
+        12,
+        All,
+        by(0x2405, 0),
+    ),
+    row(
+        Cause::MotorPhasing,
+        0x7122,
+        Fault,
+        7,
+        13,
+        OperationEnabled,
+        Off,
+    ),
+    row(
+        Cause::PositiveLimitSwitch,
+        0x7380,
+        Fault,
+        7,
+        14,
+        OperationEnabled,
+        Off,
+    ),
+    row(
+        Cause::NegativeLimitSwitch,
+        0x7381,
+        Fault,
+        7,
+        15,
+        OperationEnabled,
+        Off,
+    ),
+    row(
+        Cause::HomeSwitch,
+        0x7382,
+        Fault,
+        7,
+        16,
+        OperationEnabled,
+        Off,
+    ),
+    row(
+        Cause::PositiveSoftStop,
+        0x7383,
+        Warning,
+        7,
+        17,
+        OperationEnabled,
+        Off,
+    ),
+    row(
+        Cause::NegativeSoftStop,
+        0x7384,
+        Warning,
+        7,
+        18,
+        OperationEnabled,
+        Off,
+    ),
+    row(Cause::PositionWrapped, 0x73A0, Fault, 7, 19, All, Off),
+    row(
+        Cause::VelocityTrackingWarning,
+        0x8411,
+        Warning,
+        7,
+        20,
+        OperationEnabled,
+        by(0x606D, 0),
+    ),
+    row(
+        Cause::VelocityTrackingFault,
+        0x8414,
+        Fault,
+        7,
+        21,
+        OperationEnabled,
+        by(0x2104, 0),
+    ),
+    row(
+        Cause::VelocityLimit,
+        0x8418,
+        Warning,
+        7,
+        22,
+        OperationEnabled,
+        by(0x6046, 1),
+    ),
+    row(
+        Cause::AccelerationLimit,
+        0x8480,
+        Warning,
+        7,
+        23,
+        OperationEnabled,
+        by(0x60C5, 0),
+    ),
+    row(
+        Cause::PositionTrackingWarning,
+        0x8611,
+        Warning,
+        7,
+        24,
+        OperationEnabled,
+        by(0x6065, 0),
+    ),
+    row(Cause::Homing, 0x8613, Fault, 7, 25, OperationEnabled, Off),
+    row(
+        Cause::PositionTrackingFault,
+        0x8614,
+        Fault,
+        7,
+        26,
+        OperationEnabled,
+        by(0x2120, 0),
+    ),
+];

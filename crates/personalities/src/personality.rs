@@ -1,0 +1,44 @@
+//! One documented drive.
+
+use crate::{AmplifierObjects, AxisObjects, FaultRow, MotorObjects, p3};
+
+/// Everything by which one drive differs from another. Constant data.
+#[derive(Debug)]
+pub struct Personality {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// What it is, for people.
+    pub title: &'static str,
+    /// Dictionary, communication objects and CANopen dialect.
+    pub device: canopen::Device,
+    /// CiA 402 dialect.
+    pub cia402: cia402::Dialect,
+    /// Where the axis finds its objects.
+    pub axis: AxisObjects,
+    /// Where the controllers find the motor's parameters.
+    pub motor: MotorObjects,
+    /// Where the controllers find the amplifier's parameters.
+    pub amplifier: AmplifierObjects,
+    /// The errors it announces.
+    pub faults: &'static [FaultRow],
+    /// 0x603F: the error code shown.
+    pub error_code: Option<canopen::Handle<u16>>,
+    /// 0x1002: a bit for each error.
+    pub status_register: Option<canopen::Handle<u32>>,
+    /// 0x1018,4: the serial number, which each device sets for itself.
+    pub serial_number: Option<canopen::Handle<u32>>,
+    /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
+    pub stores_single_entry: Option<canopen::Address>,
+    /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
+    pub presets_position: Option<canopen::Address>,
+}
+
+/// Every personality.
+pub static ALL: &[&Personality] = &[&p3::P3];
+
+/// The personality of that name.
+pub fn by_name(name: &str) -> Option<&'static Personality> {
+    ALL.iter()
+        .copied()
+        .find(|personality| personality.name == name)
+}
