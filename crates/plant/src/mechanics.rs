@@ -107,6 +107,7 @@ impl<R: Real> Mechanics<R> {
     /// Changes the PWM period, keeping the motion.
     pub fn set_period_s(&mut self, motor: &Motor, load: &Load, period_s: f64) {
         self.coefficients = Coefficients::new(motor, load, period_s);
+        self.speed = self.speed.within(self.coefficients.speed_limit);
     }
 
     /// Sets the torque of the load, Nm; positive opposes positive rotation, like a hoisted weight.
@@ -194,17 +195,19 @@ impl<R: Real> Mechanics<R> {
         let zero = R::splat(0.0);
         let speed = self.speed;
         let resting = speed.abs().le(zero);
-        let torque = motor_torque_nm - self.load_torque - c.viscous * speed;
-        let gained = torque * c.speed_per_torque + self.speed_rest;
+        // What the motor does not change comes first: the rest of the chain is the slow one.
+        let drag = (self.load_torque + c.viscous * speed) * c.speed_per_torque;
+        let gained = motor_torque_nm * c.speed_per_torque + (self.speed_rest - drag);
         let frictionless = speed + gained;
+        let friction = frictionless.within(c.coulomb_speed);
+        let next = (frictionless - friction).within(c.speed_limit);
         let holding = R::select(resting, c.static_speed, c.coulomb_speed);
         let held = frictionless.abs().le(holding) | self.blocked;
-        let gained = gained - frictionless.within(c.coulomb_speed);
-        let next = (speed + gained).within(c.speed_limit);
         self.speed_before = speed;
         self.speed = R::select(held, zero, next);
-        // What the rounding of the sum left out (Kahan); none at the limit, where it would pile up.
-        let rest = gained - (next - speed);
+        // What rounding left out of the new speed (Kahan); none at the limit, where it would pile
+        // up.
+        let rest = (gained - friction) - (next - speed);
         self.speed_rest = R::select(held | c.speed_limit.le(next.abs()), zero, rest);
     }
 }

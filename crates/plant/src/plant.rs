@@ -36,8 +36,14 @@ pub struct Plant<R: Real> {
     current: Vector<R>,
     /// Unit vector along the magnet.
     rotor: Vector<R>,
+    /// Periods until `rotor` is taken from the angle again.
+    rotor_age: u8,
     torque: R,
 }
+
+/// The rotor's direction is turned along from period to period and taken from the shaft's angle
+/// after so many, long before rounding amounts to anything: a sine costs more than a turn.
+const ROTOR_PERIODS: u8 = 8;
 
 /// What really happens, for tests and plots. The drive never sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,9 +94,10 @@ impl<R: Real> Plant<R> {
             amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
             current: Vector::zero(),
             rotor: Vector::zero(),
+            rotor_age: 0,
             torque: R::splat(0.0),
         };
-        plant.rotor = plant.rotor_direction();
+        plant.align_rotor();
         plant
     }
 
@@ -110,7 +117,10 @@ impl<R: Real> Plant<R> {
     #[inline]
     pub fn step(&mut self) {
         let speed = self.mechanics.period_speed_rad_s();
-        let shorted = self.winding.shorted(self.current, self.rotor, speed);
+        let turning = self.winding.turning(speed);
+        let shorted = self
+            .winding
+            .shorted(self.current, self.rotor, speed, turning);
         let gain = self.winding.gain_a_per_v();
         let driven = shorted + self.inverter.voltage_v(self.supply.voltage_v()) * gain;
         let enabled = self.inverter.enabled();
@@ -122,7 +132,11 @@ impl<R: Real> Plant<R> {
         self.inverter.end_period();
 
         self.mechanics.turn();
-        self.rotor = self.rotor_direction();
+        self.rotor = self.rotor + self.rotor.times(turning);
+        self.rotor_age += 1;
+        if self.rotor_age >= ROTOR_PERIODS {
+            self.align_rotor();
+        }
         self.torque = self.winding.torque_nm(self.current, self.rotor);
         self.mechanics.accelerate(self.torque);
     }
@@ -170,7 +184,7 @@ impl<R: Real> Plant<R> {
     /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed, rad/s.
     pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
         self.mechanics.set_motion(angle, speed_rad_s);
-        self.rotor = self.rotor_direction();
+        self.align_rotor();
         self.torque = self.winding.torque_nm(self.current, self.rotor);
     }
 
@@ -190,13 +204,15 @@ impl<R: Real> Plant<R> {
         self.mechanics.set_period_s(motor, load, period_s);
     }
 
+    /// Takes the rotor's direction from the shaft's angle.
     #[inline(always)]
-    fn rotor_direction(&self) -> Vector<R> {
+    fn align_rotor(&mut self) {
         let electrical_angle = R::count_mul(self.mechanics.angle(), self.pole_pairs);
         let (sine, cosine) = sin_cos::<R>(electrical_angle);
-        Vector {
+        self.rotor = Vector {
             alpha: cosine,
             beta: sine,
-        }
+        };
+        self.rotor_age = 0;
     }
 }

@@ -52,22 +52,36 @@ impl<R: Real> Winding<R> {
         }
     }
 
-    /// Current at the end of the period when the terminals are shorted (no voltage), from
-    /// `current` and `rotor` at its begin (A; unit vector along the magnet) and the mechanical
-    /// speed during it, rad/s.
+    /// e^(jωh) - 1: what turning for one period at the mechanical speed adds to a vector of length
+    /// 1 that turns with the magnet.
+    ///
+    /// A series, because the difference itself is wanted to full precision. The mechanics holds the
+    /// electrical angle of a period within half a radian, where the rest of the series is below
+    /// 1e-7 of it.
     #[inline(always)]
-    pub fn shorted(&self, current: Vector<R>, rotor: Vector<R>, speed_rad_s: R) -> Vector<R> {
-        // e^(jδ) - 1 by its series: the mechanics holds δ within half a radian, where the rest is
-        // below 2e-7 of δ.
+    pub fn turning(&self, speed_rad_s: R) -> Vector<R> {
         let angle = self.electrical_period * speed_rad_s;
         let square = angle * angle;
         let series = |c4: f32, c2: f32, c0: f32| {
             (R::splat(c4) * square + R::splat(c2)) * square + R::splat(c0)
         };
-        let turned = Vector {
-            alpha: self.decayed + square * series(-1.0 / 720.0, 1.0 / 24.0, -0.5),
+        Vector {
+            alpha: square * series(-1.0 / 720.0, 1.0 / 24.0, -0.5),
             beta: angle + angle * square * series(-1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0),
-        };
+        }
+    }
+
+    /// Current at the end of the period when the terminals are shorted (no voltage), from
+    /// `current` and `rotor` at its begin (A; unit vector along the magnet), the mechanical speed
+    /// during it, rad/s, and the [`Winding::turning`] of that speed.
+    #[inline(always)]
+    pub fn shorted(
+        &self,
+        current: Vector<R>,
+        rotor: Vector<R>,
+        speed_rad_s: R,
+        turning: Vector<R>,
+    ) -> Vector<R> {
         // jω/(R/L + jω) = q (q + j)/(1 + q²), q = ωL/R.
         let q = self.reactance * speed_rad_s;
         let scale = self.short_circuit_current * q / (q * q + R::splat(1.0));
@@ -75,7 +89,11 @@ impl<R: Real> Winding<R> {
             alpha: q * scale,
             beta: scale,
         };
-        current * self.remaining - rotor.times(response.times(turned))
+        let turned = Vector {
+            alpha: turning.alpha + self.decayed,
+            beta: turning.beta,
+        };
+        current * self.remaining - rotor.times(response).times(turned)
     }
 
     /// Amperes that one volt of mean phase voltage adds within the period.
