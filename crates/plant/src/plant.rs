@@ -101,7 +101,8 @@ impl<R: Real> Plant<R> {
         plant
     }
 
-    /// The parameters that this world was made of, as they are now.
+    /// The parameters that this world was made of, with the PWM period as it is now. Supply, load
+    /// torque and temperature may have been set otherwise since; see [`Plant::truth`].
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
