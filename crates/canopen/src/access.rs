@@ -92,6 +92,9 @@ impl<M: NodeMemory> Node<M> {
         if entry.field.data_type() == DataType::Text {
             return self.text(&entry);
         }
+        if address.index == 0x1003 && !self.history_has(address.sub) {
+            return Err(Abort::NO_DATA);
+        }
         let mut image = Image::new(self.memory.as_mut());
         if entry.has(flag::LIVE) {
             owner.publish(&mut image);
@@ -102,10 +105,11 @@ impl<M: NodeMemory> Node<M> {
     /// A constant text of at most four characters.
     fn text(&self, entry: &Entry) -> Result<(u32, u8), Abort> {
         match self.device.table.row(entry) {
+            // No expedited answer can say "0 bytes".
             Some(Row {
                 default: Default::Text(text),
                 ..
-            }) => {
+            }) if !text.is_empty() => {
                 let mut bytes = [0; 4];
                 for (place, byte) in bytes.iter_mut().zip(text.bytes()) {
                     *place = byte;
@@ -166,16 +170,11 @@ impl<M: NodeMemory> Node<M> {
         let Some(row) = self.device.table.row(entry) else {
             return Ok(());
         };
-        let value = entry.field.data_type().number(raw);
-        let exact = match () {
-            () if row.maximum.is_some_and(|maximum| value > maximum) => Abort::VALUE_TOO_HIGH,
-            () if row.minimum.is_some_and(|minimum| value < minimum) => Abort::VALUE_TOO_LOW,
-            () => return Ok(()),
-        };
-        Err(match self.device.dialect.range_abort {
-            RangeAbort::TooHighTooLow => exact,
-            RangeAbort::Invalid => Abort::INVALID_VALUE,
-        })
+        row.check_range(raw)
+            .map_err(|exact| match self.device.dialect.range_abort {
+                RangeAbort::TooHighTooLow => exact,
+                RangeAbort::Invalid => Abort::INVALID_VALUE,
+            })
     }
 
     /// Writes the data of receive PDO `n` into the image. An object whose value is out of range or
@@ -195,7 +194,7 @@ impl<M: NodeMemory> Node<M> {
                 (data >> (8 * u32::from(copy.at & 7))) as u32,
                 copy.field.size(),
             );
-            if copy.asks || copy.ranged {
+            if copy.judged {
                 let Some(row) = self.device.table.rows().get(usize::from(copy.row)) else {
                     continue;
                 };

@@ -66,6 +66,14 @@ impl CobId {
     }
 }
 
+impl CobId {
+    /// Whether a service with this COB-ID exists: valid, 11 bits, and not on a restricted
+    /// identifier, whatever was put into the image.
+    pub(crate) const fn is_usable(self) -> bool {
+        !self.is_off() && !self.is_extended() && !self.is_restricted()
+    }
+}
+
 impl core::fmt::Debug for CobId {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "CobId(0x{:08X})", self.0)

@@ -1,6 +1,7 @@
 //! The rules of the communication objects 0x1000 to 0x1FFF, which the node judges itself.
 
 use crate::device::PdoObjects;
+use crate::emergency::EmergencyQueue;
 use crate::outbox::Slot;
 use crate::pdo::{Direction, Mapping, Rpdo, Tpdo, is_known_type, mapped_entry};
 use crate::sync::SyncConsumer;
@@ -38,8 +39,7 @@ impl<M: NodeMemory> Node<M> {
             // Bit 30 would make this node the SYNC producer, which it is not.
             (0x1005, 0) if CobId(raw).0 & (1 << 30) != 0 => Err(Abort::INVALID_VALUE),
             (0x1005, 0) => self.judge_cob_id(CobId(raw)),
-            (0x1014, 0) if CobId(raw).is_off() => Ok(()),
-            (0x1014, 0) => self.judge_cob_id(CobId(raw)),
+            (0x1014, 0) => self.judge_emcy(CobId(raw)),
             _ => match PdoParameter::of(address.index) {
                 Some(parameter) if parameter.is_mapping => {
                     self.judge_mapping(&parameter, address.sub, raw)
@@ -58,6 +58,23 @@ impl<M: NodeMemory> Node<M> {
         } else {
             Ok(())
         }
+    }
+
+    /// Bit 30 is reserved; bits 0 to 29 may not change while the EMCY exists (CiA 301 7.5.2.17).
+    fn judge_emcy(&self, new: CobId) -> Result<(), Abort> {
+        if new.is_off() {
+            return Ok(());
+        }
+        self.judge_cob_id(new)?;
+        let old = match self.device.objects.emcy_cob_id {
+            Some(handle) => CobId(self.raw(handle.field())),
+            None => new,
+        };
+        let moves = !old.is_off() && old.id() != new.id();
+        if new.0 & (1 << 30) != 0 || (moves && !self.device.dialect.reconfigure_while_valid) {
+            return Err(Abort::INVALID_VALUE);
+        }
+        Ok(())
     }
 
     fn judge_pdo(&self, parameter: &PdoParameter, sub: u8, raw: u32) -> Result<(), Abort> {
@@ -112,6 +129,18 @@ impl<M: NodeMemory> Node<M> {
         mapped_entry(&self.device.table, raw, parameter.way).map(|_| ())
     }
 
+    /// Whether 0x1003,`sub` may be read: an entry that holds no error has no data (CiA 301
+    /// 7.5.2.6).
+    #[cold]
+    pub(crate) fn history_has(&self, sub: u8) -> bool {
+        let count = self
+            .device
+            .objects
+            .history_count
+            .map_or(u32::MAX, |at| self.raw(at.field()));
+        u32::from(sub) <= count
+    }
+
     /// Acts upon a write to a communication object.
     pub(crate) fn communication_changed(&mut self, address: Address, now: Instant) {
         let objects = &self.device.objects;
@@ -125,6 +154,10 @@ impl<M: NodeMemory> Node<M> {
             (0x1014, 0) => self.read_emcy_parameters(),
             (0x1017, 0) => self.read_heartbeat_parameters(now),
             _ => match PdoParameter::of(address.index) {
+                // Inhibit time, event timer: nothing that the PDO's course depends on.
+                Some(PdoParameter {
+                    is_mapping: false, ..
+                }) if !matches!(address.sub, 1 | 2) => {}
                 Some(PdoParameter {
                     way: Direction::Receive,
                     n,
@@ -166,8 +199,12 @@ impl<M: NodeMemory> Node<M> {
             return;
         };
         let cob_id = CobId(self.raw(handle.field()));
-        self.emcy_exists = !cob_id.is_off() && !cob_id.is_extended();
+        self.emcy_exists = cob_id.is_usable();
         self.outbox.set_id(Slot::Emergency, cob_id.id());
+        if !self.emcy_exists {
+            self.outbox.withdraw(Slot::Emergency);
+            self.emergencies = EmergencyQueue::EMPTY;
+        }
     }
 
     fn read_heartbeat_parameters(&mut self, now: Instant) {
@@ -210,7 +247,7 @@ impl<M: NodeMemory> Node<M> {
     /// The identifier of a PDO that exists.
     fn pdo_id(&self, objects: &PdoObjects) -> Option<u16> {
         let cob_id = CobId(self.raw(objects.cob_id.field()));
-        (!cob_id.is_off() && !cob_id.is_extended() && cob_id.id() != 0).then(|| cob_id.id())
+        cob_id.is_usable().then(|| cob_id.id())
     }
 
     fn read_mapping(&mut self, objects: &PdoObjects, way: Direction) -> Mapping {

@@ -56,8 +56,8 @@ pub struct Dialect {
     pub tpdo_type_0_is_cyclic: bool,
     /// TPDOs answer SYNC in pre-operational, too (P14).
     pub tpdo_in_pre_operational: bool,
-    /// 0x1F80 holds 0: go to operational after boot-up, 4: stay in pre-operational (P3 l.346). If
-    /// false the device stays in pre-operational unless 0x1F80 says otherwise by CiA 302-2.
+    /// Goes to operational after boot-up, unless 0x1F80 exists and has bit 2 set (CiA 302-2; P3
+    /// l.378). If false the device waits in pre-operational, whatever 0x1F80 holds (J9).
     pub boots_to_operational: bool,
     /// Writing 0 to 0x1003,0 clears the error history (CiA 301 7.5.2.6; not in the P3, P40).
     pub history_clearable: bool,

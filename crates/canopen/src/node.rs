@@ -27,6 +27,9 @@ pub struct Events {
     pub entered: Option<NmtState>,
     /// A SYNC was received (in a state that takes it).
     pub sync: bool,
+    /// A receive PDO was shorter than its mapping and was not applied; whoever keeps the error
+    /// register may announce 0x8210 (CiA 301 table 26).
+    pub short_rpdo: bool,
 }
 
 impl Events {
@@ -36,6 +39,7 @@ impl Events {
         reset: None,
         entered: None,
         sync: false,
+        short_rpdo: false,
     };
 }
 
@@ -90,17 +94,15 @@ impl<M: NodeMemory> Node<M> {
     pub fn start(&mut self, now: Instant) -> Events {
         let id = u16::from(self.id.get());
         self.outbox = Outbox::EMPTY;
+        self.emergencies = EmergencyQueue::EMPTY;
         self.outbox.set_id(Slot::BootUp, 0x700 + id);
         self.outbox.set_id(Slot::Heartbeat, 0x700 + id);
         self.outbox.set_id(Slot::Sdo, self.sdo.reply_id);
         self.read_communication_parameters(now);
         self.outbox.post(Slot::BootUp);
         let startup = self.device.objects.startup;
-        let stay = match startup {
-            // CiA 302-2, 0x1F80: bit 2 set keeps the node from entering operational by itself.
-            Some(startup) => self.view().get(startup) & 4 != 0,
-            None => true,
-        };
+        // CiA 302-2, 0x1F80: bit 2 set keeps the node from entering operational by itself.
+        let stay = startup.is_some_and(|startup| self.image().get(startup) & 4 != 0);
         let operational = self.device.dialect.boots_to_operational && !stay;
         let state = if operational {
             NmtState::Operational
@@ -156,10 +158,7 @@ impl<M: NodeMemory> Node<M> {
     /// gives `None`; call again after any other function.
     #[inline]
     pub fn transmit(&mut self) -> Option<Frame> {
-        let emergency_allowed =
-            matches!(self.state, NmtState::Operational | NmtState::PreOperational);
-        let (slot, id) = self.outbox.take(emergency_allowed)?;
-        let [state, ..] = [self.state as u8];
+        let (slot, id) = self.outbox.take(self.sends_emergencies())?;
         Some(match slot {
             Slot::Sdo => Frame::classic(id, self.sdo.reply, 8),
             Slot::Tpdo(n) => {
@@ -175,14 +174,14 @@ impl<M: NodeMemory> Node<M> {
             }
             // Boot-up is a heartbeat of value 0 (CiA 301 7.2.8.3.3).
             Slot::BootUp => Frame::classic(id, [0; 8], 1),
-            Slot::Heartbeat => Frame::classic(id, [state, 0, 0, 0, 0, 0, 0, 0], 1),
+            Slot::Heartbeat => Frame::classic(id, [self.state as u8, 0, 0, 0, 0, 0, 0, 0], 1),
         })
     }
 
     /// Whether [`Node::transmit`] would give nothing.
     #[inline]
     pub fn is_silent(&self) -> bool {
-        self.outbox.is_empty()
+        self.outbox.is_empty(self.sends_emergencies())
     }
 
     /// Announces an error, or the end of one (`code` 0x0000): sends an emergency frame with the
@@ -269,12 +268,24 @@ impl<M: NodeMemory> Node<M> {
             .wrapping_add(self.emergencies.lost())
     }
 
-    fn view(&mut self) -> Image<'_> {
-        Image::new(self.memory.as_mut())
-    }
-
+    #[inline]
     fn answers_sdo(&self) -> bool {
         matches!(self.state, NmtState::Operational | NmtState::PreOperational)
+    }
+
+    /// Emergencies wait while the node is stopped (CiA 301 table 37).
+    #[inline]
+    fn sends_emergencies(&self) -> bool {
+        self.answers_sdo()
+    }
+
+    /// Whether TPDOs answer SYNC in `state`.
+    fn sends_pdos(&self, state: NmtState) -> bool {
+        match state {
+            NmtState::Operational => true,
+            NmtState::PreOperational => self.device.dialect.tpdo_in_pre_operational,
+            NmtState::Initialising | NmtState::Stopped => false,
+        }
     }
 
     fn obey(&mut self, command: Command, events: &mut Events) {
@@ -298,9 +309,10 @@ impl<M: NodeMemory> Node<M> {
 
     fn enter(&mut self, state: NmtState) {
         self.state = state;
+        let sends_pdos = self.sends_pdos(state);
         for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
             tpdo.restart();
-            if state == NmtState::Stopped {
+            if !sends_pdos {
                 self.outbox.withdraw(Slot::Tpdo(n as u8));
             }
         }
@@ -328,9 +340,13 @@ impl<M: NodeMemory> Node<M> {
             let Some(rpdo) = self.rpdo.get_mut(n) else {
                 return;
             };
+            if rpdo.key != key {
+                continue;
+            }
             // A frame shorter than its mapping is not applied (CiA 301 7.2.2.4); a longer one is,
             // with the bytes that are mapped.
-            if rpdo.key != key || length < rpdo.mapping.bytes() {
+            if length < rpdo.mapping.bytes() {
+                events.short_rpdo = true;
                 continue;
             }
             if let Some(data) = rpdo.accept(data, &self.device.dialect) {
@@ -341,11 +357,9 @@ impl<M: NodeMemory> Node<M> {
 
     fn synchronise<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
         let dialect = &self.device.dialect;
-        let sends = match self.state {
-            NmtState::Operational => true,
-            NmtState::PreOperational => dialect.tpdo_in_pre_operational,
-            _ => return,
-        };
+        if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
+            return;
+        }
         events.sync = true;
         if self.state == NmtState::Operational {
             for n in 0..PDOS {
@@ -355,7 +369,7 @@ impl<M: NodeMemory> Node<M> {
                 }
             }
         }
-        if !sends {
+        if !self.sends_pdos(self.state) {
             return;
         }
         let mut published = false;

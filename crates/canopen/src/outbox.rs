@@ -67,7 +67,8 @@ impl Outbox {
     #[inline]
     pub(crate) fn post(&mut self, slot: Slot) {
         let bit = 1u16 << (slot.number() & 15);
-        if self.waiting & bit != 0 {
+        // Emergencies have a ring of their own: none replaces another.
+        if self.waiting & bit & !(1 << EMERGENCY) != 0 {
             self.overwritten = self.overwritten.wrapping_add(1);
         }
         self.waiting |= bit;
@@ -81,10 +82,7 @@ impl Outbox {
     /// Takes out the producer whose identifier is lowest, among those in `allowed`.
     #[inline]
     pub(crate) fn take(&mut self, emergency_allowed: bool) -> Option<(Slot, u16)> {
-        let mut rest = self.waiting;
-        if !emergency_allowed {
-            rest &= !(1 << EMERGENCY);
-        }
+        let mut rest = self.waiting(emergency_allowed);
         let mut best: Option<(u8, u16)> = None;
         while rest != 0 {
             let number = rest.trailing_zeros() as u8;
@@ -104,8 +102,17 @@ impl Outbox {
     }
 
     #[inline]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.waiting == 0
+    pub(crate) fn is_empty(&self, emergency_allowed: bool) -> bool {
+        self.waiting(emergency_allowed) == 0
+    }
+
+    #[inline]
+    fn waiting(&self, emergency_allowed: bool) -> u16 {
+        if emergency_allowed {
+            self.waiting
+        } else {
+            self.waiting & !(1 << EMERGENCY)
+        }
     }
 
     pub(crate) fn overwritten(&self) -> u32 {

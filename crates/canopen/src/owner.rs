@@ -12,6 +12,8 @@ pub enum Verdict {
     /// Nothing is committed, and the client gets this abort.
     Refuse(Abort),
     /// The answer comes by [`crate::Node::complete`] (erasing, storing); nothing is committed.
+    /// Until then uploads are served, and other downloads get [`Abort::DEVICE_STATE`]. A receive
+    /// PDO gets no answer, so there is nothing to complete.
     Later,
 }
 

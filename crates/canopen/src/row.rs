@@ -9,7 +9,7 @@
 //! ];
 //! ```
 
-use crate::DataType;
+use crate::{Abort, DataType};
 
 /// Index and sub-index of an object.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -197,9 +197,9 @@ pub const fn f32(index: u16, sub: u8, name: &'static str) -> Row {
     row(index, sub, name, DataType::F32).default_value(Default::Real(0.0))
 }
 
-/// A BOOLEAN object, read only until [`Row::rw`].
+/// A BOOLEAN object, read only until [`Row::rw`]; no other value than 0 and 1 can be written.
 pub const fn bool(index: u16, sub: u8, name: &'static str) -> Row {
-    row(index, sub, name, DataType::Bool)
+    row(index, sub, name, DataType::Bool).range(0, 1)
 }
 
 /// A constant VISIBLE_STRING of at most 4 characters, which an expedited transfer can carry.
@@ -325,6 +325,39 @@ impl Row {
     /// Whether an SDO may write it.
     pub const fn writable(&self) -> bool {
         matches!(self.access, Access::ReadWrite | Access::WriteOnly)
+    }
+
+    /// Whether the value whose bytes are `raw` keeps to the row's range.
+    ///
+    /// # Errors
+    /// [`Abort::VALUE_TOO_HIGH`], [`Abort::VALUE_TOO_LOW`], or [`Abort::INVALID_VALUE`] for a real
+    /// value that is not a number.
+    pub(crate) fn check_range(&self, raw: u32) -> Result<(), Abort> {
+        let (above, below) = match self.data_type {
+            DataType::F32 => {
+                let value = f32::from_bits(raw);
+                let limited = self.minimum.is_some() || self.maximum.is_some();
+                if limited && value.is_nan() {
+                    return Err(Abort::INVALID_VALUE);
+                }
+                (
+                    self.maximum.is_some_and(|maximum| value > maximum as f32),
+                    self.minimum.is_some_and(|minimum| value < minimum as f32),
+                )
+            }
+            data_type => {
+                let value = data_type.number(raw);
+                (
+                    self.maximum.is_some_and(|maximum| value > maximum),
+                    self.minimum.is_some_and(|minimum| value < minimum),
+                )
+            }
+        };
+        match (above, below) {
+            (true, _) => Err(Abort::VALUE_TOO_HIGH),
+            (_, true) => Err(Abort::VALUE_TOO_LOW),
+            _ => Ok(()),
+        }
     }
 
     /// Bytes of one sub-index in the image; text has none, it stays in flash.

@@ -218,10 +218,7 @@ pub fn load(table: &Table, image: &mut Image<'_>, stored: &[u8]) -> Result<Loade
 }
 
 fn allows(row: &Row, raw: u32) -> bool {
-    let value = row.data_type.number(raw);
-    row.group != Group::None
-        && row.minimum.is_none_or(|minimum| value >= minimum)
-        && row.maximum.is_none_or(|maximum| value <= maximum)
+    row.group != Group::None && row.check_range(raw).is_ok()
 }
 
 /// The buffer given to [`save`] is too small.
@@ -232,8 +229,9 @@ pub struct Full {
 }
 
 /// Writes a new store into `out`: what `request` covers from `image`, all else as it stands in
-/// `old`. Returns the bytes used. COB-IDs that are at their default are left out, because the
-/// node ID may change. `old` is taken as empty if it is damaged.
+/// `old`, objects that this dictionary does not have included (another firmware may). Only
+/// [`Request::All`] leaves those out. Returns the bytes used. COB-IDs that are at their default are
+/// left out, because the node ID may change. `old` is taken as empty if it is damaged.
 ///
 /// # Errors
 /// [`Full`] if `out` is too small; its contents are then of no use.
@@ -245,6 +243,7 @@ pub fn save(
     old: &[u8],
     out: &mut [u8],
 ) -> Result<usize, Full> {
+    let old = check(old).unwrap_or(&[]);
     let capacity = out.len();
     let mut writer = Writer {
         out,
@@ -270,6 +269,16 @@ pub fn save(
             }
         }
     }
+    if request != Request::All {
+        for record in (Records { rest: old }) {
+            if table
+                .find(record.address.index, record.address.sub)
+                .is_err()
+            {
+                writer.bytes(record.address, record.bytes)?;
+            }
+        }
+    }
     writer.finish()
 }
 
@@ -277,9 +286,9 @@ fn is_default_cob_id(row: &Row, raw: u32, node: NodeId) -> bool {
     matches!(row.default, Default::PlusNode(base) if raw == base.wrapping_add(u32::from(node.get())))
 }
 
-fn find(stored: &[u8], address: Address) -> Option<&[u8]> {
-    let mut found = records(stored).ok()?;
-    found
+/// The bytes of `address` in the records of a checked store.
+fn find(checked: &[u8], address: Address) -> Option<&[u8]> {
+    Records { rest: checked }
         .find(|record| record.address == address)
         .map(|record| record.bytes)
 }

@@ -12,7 +12,8 @@ pub(crate) struct SyncConsumer {
 impl SyncConsumer {
     pub(crate) fn new(cob_id: u32) -> SyncConsumer {
         let cob_id = CobId(cob_id);
-        let key = if cob_id.is_extended() {
+        // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5).
+        let key = if cob_id.is_extended() || cob_id.is_restricted() {
             CobId::NO_KEY
         } else {
             u32::from(cob_id.id())

@@ -19,8 +19,10 @@ pub(crate) struct Copy {
     pub(crate) at: u8,
     pub(crate) sub: u8,
     pub(crate) class: u8,
-    pub(crate) asks: bool,
-    pub(crate) ranged: bool,
+    /// Its owner is asked: such copies come last.
+    asks: bool,
+    /// A value may be refused: by its owner, its range or the node.
+    pub(crate) judged: bool,
 }
 
 /// A compiled mapping.
@@ -59,7 +61,7 @@ impl Mapping {
             sub: 0,
             class: 0,
             asks: false,
-            ranged: false,
+            judged: false,
         }; MAPPED_PER_PDO],
         count: 0,
         bytes: 0,
@@ -94,7 +96,7 @@ impl Mapping {
                 sub: (entry >> 8) as u8,
                 class: found.class,
                 asks: found.has(flag::ASKS),
-                ranged: found.has(flag::RANGE),
+                judged: found.has(flag::ASKS | flag::RANGE | flag::NODE),
             };
             mapping.count += 1;
             mapping.bytes = end;

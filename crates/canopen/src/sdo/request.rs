@@ -23,11 +23,11 @@ pub(crate) enum Request {
 
 /// How many data bytes a download carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Size {
-    /// As the size bits say.
-    Indicated(u8),
-    /// Not said: as many as the object has, of at most this many in the frame.
-    AtMost(u8),
+pub(crate) struct Size {
+    /// As the size bits say; `None` if they say nothing: as many as the object has.
+    indicated: Option<u8>,
+    /// As many as the frame has room for.
+    carried: u8,
 }
 
 impl Request {
@@ -47,10 +47,9 @@ impl Request {
             1 if command & 0b10 != 0 => Request::Download {
                 address,
                 raw: u32::from_le_bytes(data),
-                size: if command & 1 != 0 {
-                    Size::Indicated(4 - (command >> 2 & 3))
-                } else {
-                    Size::AtMost(frame.len().saturating_sub(4))
+                size: Size {
+                    indicated: (command & 1 != 0).then_some(4 - (command >> 2 & 3)),
+                    carried: frame.len().saturating_sub(4),
                 },
             },
             4 => Request::Abort,
@@ -66,11 +65,11 @@ impl Size {
     /// [`Abort::TOO_LONG`] or [`Abort::TOO_SHORT`].
     #[inline]
     pub(crate) fn check(self, bytes: u8) -> Result<(), Abort> {
-        match self {
-            Size::Indicated(size) if size > bytes => Err(Abort::TOO_LONG),
-            Size::Indicated(size) if size < bytes => Err(Abort::TOO_SHORT),
-            // P55: a request shorter than the object.
-            Size::AtMost(size) if size < bytes => Err(Abort::TOO_SHORT),
+        match self.indicated {
+            Some(size) if size > bytes => Err(Abort::TOO_LONG),
+            Some(size) if size < bytes => Err(Abort::TOO_SHORT),
+            // A request shorter than the object (P55).
+            _ if self.carried < bytes => Err(Abort::TOO_SHORT),
             _ => Ok(()),
         }
     }

@@ -1,0 +1,13 @@
+//! What the tests of this crate share: two devices of one dictionary, and a node on a bench.
+#![allow(
+    dead_code,
+    unreachable_pub,
+    unused_imports,
+    reason = "each test file is a crate of its own and uses a part"
+)]
+
+mod bench;
+pub mod devices;
+
+pub use bench::{Bench, ID, Recorder};
+pub use devices::{P3_LIKE, STANDARD};
