@@ -1,1 +1,52 @@
-//! cia402
+//! The drive profile CiA 402 (IEC 61800-7-201/301) as pure logic.
+//!
+//! One [`Axis`] is one drive function: the state machine with its controlword and statusword, the
+//! modes of operation and their set-point generators, limits, windows and the quick stop. It is
+//! told what was written, what the motor does and that a millisecond has passed; it answers with
+//! the next [`Demand`] for the controllers. It never allocates, reads no clock and does no I/O.
+//!
+//! What drives do differently is data in a [`Dialect`]; what a user sets is in a
+//! [`Configuration`], in internal units: encoder counts, seconds, per mille of rated torque.
+//!
+//! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
+//! (the trapezoid), then the modes one by one, then [`Axis`], which ties them together.
+//!
+//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, halt, the
+//! option codes 0x605B to 0x605E and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
+//! 0x6502 follows from it.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
+)]
+
+mod arithmetic;
+mod axis;
+mod configuration;
+mod controlword;
+mod demand;
+mod dialect;
+mod mode;
+mod modes;
+mod path;
+mod profile;
+mod quick_stop;
+mod ramp;
+mod state;
+mod statusword;
+mod windows;
+
+pub use axis::{Axis, Conditions, ModeRefused, Outcome};
+pub use configuration::{Actual, Configuration, Target, Targets, Window};
+pub use controlword::{Command, Controlword, ControlwordInMode};
+pub use demand::{Demand, Point};
+pub use dialect::Dialect;
+pub use mode::{Mode, ModeSet};
+pub use profile::{Profile, ProfileLimits};
+pub use state::{State, Step};
+pub use statusword::{Statusword, StatuswordInMode};

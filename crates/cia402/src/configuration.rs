@@ -1,0 +1,281 @@
+//! What the user sets, what the master wants, what the motor does.
+//!
+//! Speeds and rates are `f32`: their rounding, 6e-8 of the value, is far below what any motor
+//! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
+
+use crate::arithmetic::{AT_ONCE, magnitude};
+use crate::profile::ProfileLimits;
+
+/// A window and how long a value must be beyond it (monitors) or within it (targets).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Counts or counts/s; the border belongs to the inside.
+    pub size: u32,
+    /// Milliseconds.
+    pub time_ms: u16,
+}
+
+/// Limits and profile parameters in internal units. It changes when objects change, not with time.
+///
+/// No value is refused. A rate (counts/s²) that is 0, negative or NaN means: an acceleration, that
+/// the axis does not speed up; a deceleration, that the acceleration is used in its place, or, if
+/// that is unusable too, that it stops at once. Infinity means at once. A speed that is 0, negative
+/// or NaN allows no motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Configuration {
+    /// Speed of profile position moves, counts/s (0x6081).
+    pub profile_velocity: f32,
+    /// Rate of speeding up, counts/s² (0x6083).
+    pub acceleration: f32,
+    /// Rate of slowing down, counts/s² (0x6084).
+    pub deceleration: f32,
+    /// Rate of the quick stop, counts/s² (0x6085); unusable: the deceleration.
+    pub quick_stop_deceleration: f32,
+    /// Greatest speed, counts/s, the least of 0x607F, 0x6080 and what else the drive knows.
+    pub max_velocity: Option<f32>,
+    /// Greatest rate of speeding up, counts/s² (0x60C5).
+    pub max_acceleration: Option<f32>,
+    /// Greatest rate of slowing down, counts/s² (0x60C6).
+    pub max_deceleration: Option<f32>,
+    /// Least and greatest position, counts (0x607D); ignored if the first exceeds the second.
+    pub position_limits: Option<(i32, i32)>,
+    /// Greatest torque, per mille of rated torque (0x6072); negative or NaN: 0.
+    pub max_torque_pm: f32,
+    /// Torque slope, per mille of rated torque per second (0x6087); `None` or unusable: at once.
+    pub torque_slope_pm_per_s: Option<f32>,
+    /// Time that one cyclic set-point lasts, ns (0x60C2); 0 counts as 1 ms.
+    pub interpolation_period_ns: u32,
+    /// Quick stop option code (0x605A), 0 to 8; others count as 2.
+    pub quick_stop_option: i16,
+    /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
+    pub following_warning: Option<Window>,
+    /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
+    pub following_fault: Option<Window>,
+    /// Velocity error that warns, counts/s (P3: 0x606D, 0x606E).
+    pub velocity_warning: Option<Window>,
+    /// Velocity error that is a fault, counts/s (P3: 0x2104, 0x2105).
+    pub velocity_fault: Option<Window>,
+    /// When a position counts as reached, counts (0x6067, 0x6068); `None`: when the profile ends.
+    pub position_window: Option<Window>,
+    /// When a velocity counts as reached, counts/s (0x606D, 0x606E in the standard); `None`: when
+    /// the ramp ends.
+    pub velocity_window: Option<Window>,
+    /// Speed that counts as standstill, counts/s (0x606F).
+    pub velocity_threshold: f32,
+    /// How long the speed must exceed the threshold to count as motion, ms (0x6070).
+    pub velocity_threshold_time_ms: u16,
+}
+
+impl Default for Configuration {
+    /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; quick stop on
+    /// its ramp.
+    fn default() -> Configuration {
+        Configuration {
+            profile_velocity: 0.0,
+            acceleration: 0.0,
+            deceleration: 0.0,
+            quick_stop_deceleration: 0.0,
+            max_velocity: None,
+            max_acceleration: None,
+            max_deceleration: None,
+            position_limits: None,
+            max_torque_pm: 1000.0,
+            torque_slope_pm_per_s: None,
+            interpolation_period_ns: 1_000_000,
+            quick_stop_option: 2,
+            following_warning: None,
+            following_fault: None,
+            velocity_warning: None,
+            velocity_fault: None,
+            position_window: None,
+            velocity_window: None,
+            velocity_threshold: 0.0,
+            velocity_threshold_time_ms: 0,
+        }
+    }
+}
+
+/// A value cut to a limit, and whether it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cut<T> {
+    pub(crate) value: T,
+    pub(crate) limited: bool,
+}
+
+impl Configuration {
+    fn cut(value: f64, limit: Option<f32>) -> Cut<f64> {
+        match limit.map(magnitude) {
+            Some(limit) if value > limit => Cut {
+                value: limit,
+                limited: true,
+            },
+            _ => Cut {
+                value,
+                limited: false,
+            },
+        }
+    }
+
+    /// A speed within the limit, counts/s. `value` may have either sign.
+    pub(crate) fn velocity(&self, value: f64) -> Cut<f64> {
+        let cut = Configuration::cut(value.abs(), self.max_velocity);
+        Cut {
+            value: cut.value.copysign(value),
+            limited: cut.limited,
+        }
+    }
+
+    /// The rate of speeding up, counts/s².
+    pub(crate) fn acceleration(&self, value: f32) -> Cut<f64> {
+        Configuration::cut(magnitude(value), self.max_acceleration)
+    }
+
+    /// The rate of slowing down, counts/s²; never 0.
+    pub(crate) fn deceleration(&self, value: f32, otherwise: f32) -> Cut<f64> {
+        let rate = match (magnitude(value), magnitude(otherwise)) {
+            (rate, _) if rate > 0.0 => rate,
+            (_, rate) if rate > 0.0 => rate,
+            _ => AT_ONCE,
+        };
+        let cut = Configuration::cut(rate, self.max_deceleration);
+        // A limit of 0 would forbid stopping.
+        if cut.value > 0.0 {
+            cut
+        } else {
+            Cut {
+                value: rate,
+                limited: false,
+            }
+        }
+    }
+
+    /// The profile of a move, and whether its speed and its rates were cut.
+    pub(crate) fn profile(
+        &self,
+        velocity: f32,
+        acceleration: f32,
+        deceleration: f32,
+    ) -> (ProfileLimits, Cut<()>, Cut<()>) {
+        let v = self.velocity(magnitude(velocity));
+        let a = self.acceleration(acceleration);
+        let d = self.deceleration(deceleration, acceleration);
+        (
+            ProfileLimits {
+                velocity: v.value,
+                acceleration: a.value,
+                deceleration: d.value,
+            },
+            Cut {
+                value: (),
+                limited: v.limited,
+            },
+            Cut {
+                value: (),
+                limited: a.limited || d.limited,
+            },
+        )
+    }
+
+    /// The rate at which a moving axis is brought to rest without a target, counts/s².
+    pub(crate) fn slow_down(&self) -> f64 {
+        self.deceleration(self.deceleration, self.acceleration)
+            .value
+    }
+
+    /// A position within the limits.
+    pub(crate) fn position(&self, value: i64) -> Cut<i64> {
+        let (low, high) = match self.position_limits {
+            Some((low, high)) if low <= high => (i64::from(low), i64::from(high)),
+            _ => (i64::MIN, i64::MAX),
+        };
+        let cut = value.clamp(low, high);
+        Cut {
+            value: cut,
+            limited: cut != value,
+        }
+    }
+
+    /// A torque within the limit, per mille.
+    pub(crate) fn torque(&self, value: f64) -> Cut<f64> {
+        let limit = magnitude(self.max_torque_pm);
+        if value.abs() > limit {
+            Cut {
+                value: limit.copysign(value),
+                limited: true,
+            }
+        } else {
+            Cut {
+                value,
+                limited: false,
+            }
+        }
+    }
+
+    /// The interpolation period, ns.
+    pub(crate) fn interpolation_ns(&self) -> u32 {
+        if self.interpolation_period_ns == 0 {
+            1_000_000
+        } else {
+            self.interpolation_period_ns
+        }
+    }
+
+    /// Whether a measured speed counts as standstill.
+    pub(crate) fn stands(&self, velocity: f64) -> bool {
+        velocity.abs() <= magnitude(self.velocity_threshold)
+    }
+}
+
+/// What the master wants: the target and offset objects, read when they are needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Targets {
+    /// Target position, counts (0x607A).
+    pub position: i32,
+    /// Target velocity, counts/s (0x60FF).
+    pub velocity: i32,
+    /// Target torque, per mille of rated torque (0x6071).
+    pub torque_pm: i16,
+    /// Position offset, counts (0x60B0); cyclic position mode.
+    pub position_offset: i32,
+    /// Velocity offset, counts/s (0x60B1); cyclic position and velocity modes.
+    pub velocity_offset: i32,
+    /// Torque offset, per mille of rated torque (0x60B2); cyclic modes.
+    pub torque_offset_pm: i16,
+}
+
+/// Which target object has been received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// 0x607A
+    Position,
+    /// 0x60FF
+    Velocity,
+    /// 0x6071
+    Torque,
+}
+
+/// What the control half knows. The demand values are those at the moment of the call: where the
+/// interpolation stands, without offsets.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Actual {
+    /// Actual position, counts (0x6064).
+    pub position: i32,
+    /// Actual velocity, counts/s (0x606C).
+    pub velocity: f32,
+    /// Actual torque, per mille of rated torque (0x6077).
+    pub torque_pm: f32,
+    /// Position demand, counts (0x6062); looked at while the demand is a position.
+    pub demand_position: i32,
+    /// Its fraction, 0 to below 1.
+    pub demand_fraction: f32,
+    /// Velocity demand, counts/s: the slope of a position demand, or the velocity demand.
+    pub demand_velocity: f32,
+    /// Torque demand, per mille; looked at while the demand is a torque.
+    pub demand_torque_pm: f32,
+    /// The controllers are at a limit of torque, current, voltage or speed.
+    pub limited: bool,
+    /// The motor supply is present.
+    pub voltage: bool,
+    /// The drive has a warning.
+    pub warning: bool,
+}

@@ -1,0 +1,142 @@
+//! What the controllers shall do next.
+
+use crate::arithmetic::split;
+
+/// An order to the control half, in force from the next control boundary until another one comes.
+///
+/// A segment runs for `duration_ns`; from then on its end value holds with zero slope. A duration
+/// of 0 holds the start value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Demand {
+    /// The bridge is off and the motor free.
+    Off,
+    /// The bridge is on, no torque.
+    Idle,
+    /// Torque control.
+    Torque {
+        /// Per mille of rated torque.
+        start_pm: f32,
+        /// Per mille of rated torque per second.
+        slope_pm_per_s: f32,
+        /// Length of the segment.
+        duration_ns: u32,
+    },
+    /// Velocity control.
+    Velocity {
+        /// Counts/s.
+        start: f32,
+        /// Counts/s².
+        acceleration: f32,
+        /// Added to the velocity controller's output, per mille of rated torque.
+        torque_offset_pm: f32,
+        /// Length of the segment.
+        duration_ns: u32,
+    },
+    /// Position control.
+    Position {
+        /// Whole counts, wrapping.
+        start: i32,
+        /// Fraction of a count, 0 to below 1.
+        fraction: f32,
+        /// Counts/s at the start.
+        velocity: f32,
+        /// Counts/s².
+        acceleration: f32,
+        /// Added to the position controller's output, counts/s.
+        velocity_offset: f32,
+        /// Added to the velocity controller's output, per mille of rated torque.
+        torque_offset_pm: f32,
+        /// Length of the segment.
+        duration_ns: u32,
+    },
+}
+
+/// The values of a demand at one moment; those it does not have are 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Point {
+    /// Whole counts, wrapping.
+    pub position: i32,
+    /// Fraction of a count, 0 to below 1.
+    pub fraction: f32,
+    /// Counts/s, without offset.
+    pub velocity: f32,
+    /// Per mille of rated torque, without offset.
+    pub torque_pm: f32,
+}
+
+impl Demand {
+    /// The values `elapsed_ns` after the start: what the control half's interpolation approximates.
+    pub fn at(&self, elapsed_ns: u32) -> Point {
+        let time = |duration: u32| f64::from(elapsed_ns.min(duration)) * 1e-9;
+        let running = |duration: u32| elapsed_ns < duration;
+        match *self {
+            Demand::Off | Demand::Idle => Point::default(),
+            Demand::Torque {
+                start_pm,
+                slope_pm_per_s,
+                duration_ns,
+            } => Point {
+                torque_pm: (f64::from(start_pm) + f64::from(slope_pm_per_s) * time(duration_ns))
+                    as f32,
+                ..Point::default()
+            },
+            Demand::Velocity {
+                start,
+                acceleration,
+                duration_ns,
+                ..
+            } => Point {
+                velocity: (f64::from(start) + f64::from(acceleration) * time(duration_ns)) as f32,
+                ..Point::default()
+            },
+            Demand::Position {
+                start,
+                fraction,
+                velocity,
+                acceleration,
+                duration_ns,
+                ..
+            } => {
+                let t = time(duration_ns);
+                let v = f64::from(velocity);
+                let a = f64::from(acceleration);
+                let (position, fraction) = whole(
+                    i64::from(start),
+                    f64::from(fraction) + (v + 0.5 * a * t) * t,
+                );
+                Point {
+                    position,
+                    fraction,
+                    velocity: if running(duration_ns) {
+                        (v + a * t) as f32
+                    } else {
+                        0.0
+                    },
+                    torque_pm: 0.0,
+                }
+            }
+        }
+    }
+
+    /// Whether the values change with time.
+    pub(crate) fn moves(&self) -> bool {
+        match *self {
+            Demand::Off | Demand::Idle => false,
+            Demand::Torque { duration_ns, .. }
+            | Demand::Velocity { duration_ns, .. }
+            | Demand::Position { duration_ns, .. } => duration_ns > 0,
+        }
+    }
+}
+
+/// A position as the wrapped count and a fraction below 1 also after rounding to `f32`.
+pub(crate) fn whole(base: i64, relative: f64) -> (i32, f32) {
+    let (counts, fraction) = split(relative);
+    let position = base.wrapping_add(counts);
+    let fraction = fraction as f32;
+    if fraction < 1.0 {
+        (position as i32, fraction)
+    } else {
+        (position.wrapping_add(1) as i32, 0.0)
+    }
+}

@@ -1,0 +1,143 @@
+//! The modes of operation, one file each, and what the axis asks of all of them.
+
+mod cyclic_position;
+mod cyclic_torque;
+mod cyclic_velocity;
+mod profile_position;
+mod profile_torque;
+mod profile_velocity;
+
+use crate::path::Present;
+use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
+use cyclic_position::CyclicPosition;
+use cyclic_torque::CyclicTorque;
+use cyclic_velocity::CyclicVelocity;
+use profile_position::ProfilePosition;
+use profile_torque::ProfileTorque;
+use profile_velocity::ProfileVelocity;
+
+/// What a generator may look at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inputs<'a> {
+    pub(crate) configuration: &'a Configuration,
+    pub(crate) targets: &'a Targets,
+    pub(crate) actual: &'a Actual,
+    /// Where the axis stands: the demand if there is one, else the motor.
+    pub(crate) present: Present,
+}
+
+/// Which limits hold a demand back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Limited {
+    pub(crate) position: bool,
+    pub(crate) velocity: bool,
+    pub(crate) acceleration: bool,
+    pub(crate) torque: bool,
+}
+
+/// The statusword bits that a mode owns. Bit 13 is the following error, which the axis watches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Bits {
+    /// Bit 10.
+    pub(crate) target_reached: bool,
+    /// Bit 12.
+    pub(crate) specific: bool,
+}
+
+/// One mode at work in operation enabled.
+pub(crate) trait Generator {
+    /// The demand until the first tick.
+    fn begin(&self) -> Demand;
+
+    /// A controlword was written in operation enabled.
+    fn controlword(&mut self, _before: Controlword, _now: Controlword, _inputs: &Inputs<'_>) {}
+
+    /// A target object was received.
+    fn set_point(&mut self, _target: Target, _inputs: &Inputs<'_>) -> Option<Demand> {
+        None
+    }
+
+    /// One millisecond more; the demand of the next one, or `None` to go on with the present one.
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand>;
+
+    /// The mode's statusword bits.
+    fn bits(&self) -> Bits;
+
+    /// The limits at work.
+    fn limited(&self) -> Limited;
+}
+
+/// Mode 0: the bridge is on, without torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Idle;
+
+impl Generator for Idle {
+    fn begin(&self) -> Demand {
+        Demand::Idle
+    }
+
+    fn tick(&mut self, _inputs: &Inputs<'_>) -> Option<Demand> {
+        None
+    }
+
+    fn bits(&self) -> Bits {
+        Bits::default()
+    }
+
+    fn limited(&self) -> Limited {
+        Limited::default()
+    }
+}
+
+/// The generator of the mode in force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motion {
+    Idle(Idle),
+    ProfilePosition(ProfilePosition),
+    ProfileVelocity(ProfileVelocity),
+    ProfileTorque(ProfileTorque),
+    CyclicPosition(CyclicPosition),
+    CyclicVelocity(CyclicVelocity),
+    CyclicTorque(CyclicTorque),
+}
+
+impl Motion {
+    pub(crate) const IDLE: Motion = Motion::Idle(Idle);
+
+    /// The generator of `mode`, starting where the axis stands.
+    pub(crate) fn start(mode: Mode, inputs: &Inputs<'_>) -> Motion {
+        match mode {
+            Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
+            Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
+            Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
+            Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
+            Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
+            Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
+            _ => Motion::IDLE,
+        }
+    }
+
+    pub(crate) fn generator(&self) -> &dyn Generator {
+        match self {
+            Motion::Idle(mode) => mode,
+            Motion::ProfilePosition(mode) => mode,
+            Motion::ProfileVelocity(mode) => mode,
+            Motion::ProfileTorque(mode) => mode,
+            Motion::CyclicPosition(mode) => mode,
+            Motion::CyclicVelocity(mode) => mode,
+            Motion::CyclicTorque(mode) => mode,
+        }
+    }
+
+    pub(crate) fn generator_mut(&mut self) -> &mut dyn Generator {
+        match self {
+            Motion::Idle(mode) => mode,
+            Motion::ProfilePosition(mode) => mode,
+            Motion::ProfileVelocity(mode) => mode,
+            Motion::ProfileTorque(mode) => mode,
+            Motion::CyclicPosition(mode) => mode,
+            Motion::CyclicVelocity(mode) => mode,
+            Motion::CyclicTorque(mode) => mode,
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Mode 8, cyclic synchronous position: set-points interpolated linearly over their period.
+
+use crate::arithmetic::{least, magnitude};
+use crate::path::{Path, TICK_NS};
+use crate::{Demand, Target};
+
+use super::{Bits, Generator, Inputs, Limited};
+
+/// Before the first set-point the axis comes to rest and holds; then it follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Waiting {
+        path: Path,
+        begun: bool,
+    },
+    Following,
+    /// The velocity limit keeps the demand from its target within one period.
+    Limited {
+        target: i32,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CyclicPosition {
+    stage: Stage,
+    velocity_offset: i32,
+    torque_offset_pm: i16,
+    position_limited: bool,
+}
+
+impl CyclicPosition {
+    pub(crate) fn new(inputs: &Inputs<'_>) -> CyclicPosition {
+        let path = Path::stop(&inputs.present, inputs.configuration.slow_down());
+        CyclicPosition {
+            stage: Stage::Waiting { path, begun: false },
+            velocity_offset: 0,
+            torque_offset_pm: 0,
+            position_limited: false,
+        }
+    }
+
+    /// From the present demand to `target` within `period_ns`, or as fast as the limit allows.
+    fn towards(&mut self, target: i32, period_ns: u32, inputs: &Inputs<'_>) -> Demand {
+        let present = &inputs.present;
+        // With limits the way lies between them; without, positions wrap and the short way is it.
+        let counts = if inputs.configuration.position_limits.is_some() {
+            i64::from(target) - i64::from(present.position)
+        } else {
+            i64::from(target.wrapping_sub(present.position))
+        };
+        let distance = counts as f64 - present.fraction;
+        let period = f64::from(period_ns) * 1e-9;
+        let wanted = distance / period;
+        let (velocity, duration) = match inputs.configuration.max_velocity.map(magnitude) {
+            Some(limit) if wanted.abs() > limit => {
+                self.stage = Stage::Limited { target };
+                let time = if limit > 0.0 {
+                    least(distance.abs() / limit, 4.0)
+                } else {
+                    0.0
+                };
+                (limit.copysign(distance), time)
+            }
+            _ => {
+                self.stage = Stage::Following;
+                (wanted, period)
+            }
+        };
+        Demand::Position {
+            start: present.position,
+            fraction: present.fraction as f32,
+            velocity: velocity as f32,
+            acceleration: 0.0,
+            velocity_offset: self.velocity_offset as f32,
+            torque_offset_pm: f32::from(self.torque_offset_pm),
+            duration_ns: if velocity == 0.0 {
+                0
+            } else {
+                (duration * 1e9) as u32
+            },
+        }
+    }
+}
+
+impl Generator for CyclicPosition {
+    fn begin(&self) -> Demand {
+        match &self.stage {
+            Stage::Waiting { path, .. } => path.begin(),
+            _ => Demand::Idle,
+        }
+    }
+
+    fn set_point(&mut self, target: Target, inputs: &Inputs<'_>) -> Option<Demand> {
+        if target != Target::Position {
+            return None;
+        }
+        self.velocity_offset = inputs.targets.velocity_offset;
+        self.torque_offset_pm = inputs.targets.torque_offset_pm;
+        let sum = inputs
+            .targets
+            .position
+            .wrapping_add(inputs.targets.position_offset);
+        let cut = inputs.configuration.position(i64::from(sum));
+        self.position_limited = cut.limited;
+        Some(self.towards(
+            cut.value as i32,
+            inputs.configuration.interpolation_ns(),
+            inputs,
+        ))
+    }
+
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
+        match &mut self.stage {
+            Stage::Waiting { path, begun } => {
+                if !*begun {
+                    path.resume(&inputs.present, inputs.configuration.slow_down());
+                    *begun = true;
+                }
+                Some(path.tick())
+            }
+            Stage::Following => None,
+            Stage::Limited { target } => {
+                let target = *target;
+                Some(self.towards(target, TICK_NS, inputs))
+            }
+        }
+    }
+
+    fn bits(&self) -> Bits {
+        let follows = !matches!(self.stage, Stage::Waiting { .. });
+        Bits {
+            target_reached: false,
+            specific: follows,
+        }
+    }
+
+    fn limited(&self) -> Limited {
+        Limited {
+            position: self.position_limited,
+            velocity: matches!(self.stage, Stage::Limited { .. }),
+            ..Limited::default()
+        }
+    }
+}

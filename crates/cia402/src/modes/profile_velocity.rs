@@ -1,0 +1,104 @@
+//! Mode 3, profile velocity: the target velocity through the profile's ramps.
+
+use crate::path::{TICK_NS, TICK_S};
+use crate::ramp::ramp;
+use crate::windows::{Arrival, Standstill};
+use crate::{Demand, Target};
+
+use super::{Bits, Generator, Inputs, Limited};
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ProfileVelocity {
+    /// Demand at the present tick, counts/s.
+    velocity: f64,
+    target: i32,
+    arrival: Arrival,
+    standstill: Standstill,
+    bits: Bits,
+    limited: Limited,
+}
+
+impl ProfileVelocity {
+    pub(crate) fn new(inputs: &Inputs<'_>) -> ProfileVelocity {
+        ProfileVelocity {
+            velocity: inputs.present.velocity,
+            target: inputs.targets.velocity,
+            arrival: Arrival::default(),
+            standstill: Standstill::default(),
+            bits: Bits::default(),
+            limited: Limited::default(),
+        }
+    }
+
+    /// A new target is not reached yet; the same target again changes nothing.
+    fn take_target(&mut self, inputs: &Inputs<'_>) {
+        if self.target != inputs.targets.velocity {
+            self.target = inputs.targets.velocity;
+            self.arrival = Arrival::default();
+            self.bits.target_reached = false;
+        }
+    }
+}
+
+impl Generator for ProfileVelocity {
+    fn begin(&self) -> Demand {
+        segment(self.velocity, self.velocity)
+    }
+
+    /// The ramp moves with the ticks; only "target reached" falls at once.
+    fn set_point(&mut self, target: Target, inputs: &Inputs<'_>) -> Option<Demand> {
+        if target == Target::Velocity {
+            self.take_target(inputs);
+        }
+        None
+    }
+
+    fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
+        let configuration = inputs.configuration;
+        let target = configuration.velocity(f64::from(inputs.targets.velocity));
+        let up = configuration.acceleration(configuration.acceleration);
+        let down =
+            configuration.deceleration(configuration.deceleration, configuration.acceleration);
+
+        let ended = self.velocity == target.value;
+        let error = (target.value - f64::from(inputs.actual.velocity)).abs();
+        self.take_target(inputs);
+        self.bits = Bits {
+            target_reached: self
+                .arrival
+                .tick(configuration.velocity_window, ended, error),
+            specific: self.standstill.tick(
+                configuration.stands(f64::from(inputs.actual.velocity)),
+                configuration.velocity_threshold_time_ms,
+            ),
+        };
+
+        let next = ramp(self.velocity, target.value, up.value, down.value, TICK_S);
+        let speeds_up = next.abs() > self.velocity.abs();
+        self.limited = Limited {
+            velocity: target.limited,
+            acceleration: !ended && if speeds_up { up.limited } else { down.limited },
+            ..Limited::default()
+        };
+        let demand = segment(self.velocity, next);
+        self.velocity = next;
+        Some(demand)
+    }
+
+    fn bits(&self) -> Bits {
+        self.bits
+    }
+
+    fn limited(&self) -> Limited {
+        self.limited
+    }
+}
+
+fn segment(from: f64, to: f64) -> Demand {
+    Demand::Velocity {
+        start: from as f32,
+        acceleration: ((to - from) / TICK_S) as f32,
+        torque_offset_pm: 0.0,
+        duration_ns: if from == to { 0 } else { TICK_NS },
+    }
+}

@@ -1,0 +1,54 @@
+//! A value that runs to its target with one rate for speeding up and one for slowing down.
+
+use crate::arithmetic::{least, sign};
+
+/// The velocity `dt` seconds after `value`, on the way to `target`. `up` is the rate away from
+/// zero, `down` the rate towards zero; through zero one follows the other.
+pub(crate) fn ramp(value: f64, target: f64, up: f64, down: f64, dt: f64) -> f64 {
+    // First towards zero: to the target if it lies there, else to zero.
+    let slowed = if value * target > 0.0 {
+        sign(value) * least(value.abs(), target.abs())
+    } else {
+        0.0
+    };
+    let away = (value - slowed).abs();
+    if away > down * dt {
+        return value - sign(value) * down * dt;
+    }
+    let left = if away > 0.0 { dt - away / down } else { dt };
+    let missing = target - slowed;
+    if missing.abs() > up * left {
+        slowed + sign(missing) * up * left
+    } else {
+        target
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ramp;
+
+    #[test]
+    fn each_direction_has_its_rate() {
+        // value, target, up, down, dt, expected by hand
+        let table = [
+            (0.0, 100.0, 1000.0, 500.0, 0.05, 50.0),
+            (0.0, 100.0, 1000.0, 500.0, 0.2, 100.0),
+            (100.0, 0.0, 1000.0, 500.0, 0.1, 50.0),
+            (-100.0, -20.0, 1000.0, 500.0, 0.1, -50.0),
+            (-100.0, -20.0, 1000.0, 500.0, 1.0, -20.0),
+            // 0.1 s to zero at 500, then 0.05 s away from it at 1000.
+            (50.0, -200.0, 1000.0, 500.0, 0.15, -50.0),
+            (-50.0, 200.0, 1000.0, 500.0, 0.15, 50.0),
+            (30.0, 30.0, 1000.0, 500.0, 0.1, 30.0),
+            (0.0, 100.0, 0.0, 500.0, 1.0, 0.0),
+        ];
+        for (value, target, up, down, dt, expected) in table {
+            let got = ramp(value, target, up, down, dt);
+            assert!(
+                (got - expected).abs() < 1e-9,
+                "{value} to {target}: {got}, not {expected}"
+            );
+        }
+    }
+}
