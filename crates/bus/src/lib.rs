@@ -1,1 +1,22 @@
-//! bus
+//! Between a CAN bus and the rest of the world.
+//!
+//! - [`Endpoint`]: where a bus is reached, parsed from text (`socketcand://127.0.0.1:29536/can0`).
+//! - [`Doors`]: lets outside programs onto a simulated bus, by socketcand and slcan over TCP. The
+//!   simulation is an ordinary synchronous thread; the sockets live in a thread of their own.
+//! - [`connect`]: the other end, for a program that talks to a bus behind such a door, simulated
+//!   or real.
+//! - [`recording`]: what went over a bus, as candump's log.
+//!
+//! Nothing here falls back: a bus that cannot be reached is an error, never an imitation.
+
+mod connection;
+mod doors;
+mod endpoint;
+pub mod recording;
+mod socketcand;
+
+pub use connection::{
+    Connection, ConnectionError, Options as ConnectOptions, Received, connect, connect_with,
+};
+pub use doors::{ClientId, Doors, Event, LeaveReason, OpenError, Options};
+pub use endpoint::{Endpoint, EndpointError, Protocol};

@@ -1,0 +1,478 @@
+//! Doors in the wall of a simulated bus, through which outside programs come in by TCP.
+//!
+//! The simulation owns a [`Doors`] and calls it from its own thread, never waiting unless it asks
+//! to. Behind it a thread of its own keeps the sockets. What passes between the two:
+//!
+//! ```text
+//! socket ─ bytes → held (64 frames) ─ credit → take()      towards the bus
+//! socket ← bytes ─ outbox (65 536)           ← deliver()   from the bus
+//! ```
+//!
+//! **A client that sends faster than the bus carries** is slowed down, not cut: the simulation
+//! grants it credit for a few frames (its transmit mailbox) and renews it frame by frame as they
+//! get onto the bus; meanwhile the held frames fill up, the socket is no longer read, and TCP
+//! stops the sender. Every frame it sent gets its turn, in order, even if it disconnects.
+//!
+//! **A client that reads too slowly** is warned in the same way: while its outbox is more than
+//! half full, nothing is read from it. When the outbox is full it is dropped and told why. Single
+//! frames are never left out, and nobody else waits for it.
+//!
+//! **Clients are told what they did wrong**: `< error … >` by socketcand, BEL by slcan. Where the
+//! stream cannot be trusted any more they are dropped, too.
+
+mod connection;
+mod outbox;
+mod roster;
+mod slcan;
+mod socketcand;
+
+use crate::{Endpoint, Protocol};
+use can::Frame;
+use outbox::Outbox;
+use roster::{Happening, Roster};
+use std::collections::VecDeque;
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// One stay of a client on the bus. Never used twice: whoever joins again gets a new one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ClientId(u32);
+
+impl fmt::Display for ClientId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "client {}", self.0)
+    }
+}
+
+/// How doors are opened.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Listen on addresses other than loopback, too. The protocols know no password: whoever
+    /// reaches the port is on the bus. Default: false.
+    pub public: bool,
+    /// Credit of a client that has just joined: how many of its frames the simulation is ready to
+    /// hold as that client's transmit mailbox. Default: 4.
+    pub mailbox_frames: u32,
+    /// Frames of one client held beyond its credit, before its socket is no longer read.
+    /// Default: 64.
+    pub held_frames: usize,
+    /// Frames waiting to be sent to one client, before it is dropped. Default: 65 536.
+    pub outbox_frames: usize,
+    /// Clients at one time, all doors together. Default: 64.
+    pub clients: usize,
+    /// How long a closing connection may take to send what is still waiting. Default: 500 ms.
+    pub linger: Duration,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            public: false,
+            mailbox_frames: 4,
+            held_frames: 64,
+            outbox_frames: 65_536,
+            clients: 64,
+            linger: Duration::from_millis(500),
+        }
+    }
+}
+
+/// What happened at the doors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A client is on the bus: in raw mode (socketcand), with its channel open (slcan).
+    Joined {
+        /// Who.
+        client: ClientId,
+        /// Through which door, counted as in [`Doors::addresses`].
+        door: usize,
+        /// From where.
+        peer: SocketAddr,
+        /// It will not send (slcan `L`).
+        listen_only: bool,
+        /// The bit rate it asked for, in bits per second. TCP has none, so it joined in any case;
+        /// on a real bus with another rate it would have disturbed everyone: worth a warning.
+        bit_rate: Option<u32>,
+    },
+    /// A client sends this frame. It has used up one unit of its credit, see [`Doors::grant`].
+    Frame {
+        /// Who.
+        client: ClientId,
+        /// What.
+        frame: Frame,
+    },
+    /// A client is no longer on the bus. All its frames have come before.
+    Left {
+        /// Who.
+        client: ClientId,
+        /// Why.
+        reason: LeaveReason,
+    },
+    /// Somebody connected and was dropped before being on the bus.
+    Refused {
+        /// At which door, counted as in [`Doors::addresses`].
+        door: usize,
+        /// From where.
+        peer: SocketAddr,
+        /// Why.
+        reason: LeaveReason,
+    },
+}
+
+/// Why a client is no longer on the bus.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LeaveReason {
+    /// It closed the connection.
+    #[error("it disconnected")]
+    Disconnected,
+    /// It closed its channel (slcan `C`) and may join again.
+    #[error("it closed its channel")]
+    ChannelClosed,
+    /// It did not read what was sent to it.
+    #[error("it read too slowly: {waiting} frames were waiting for it")]
+    TooSlow {
+        /// Frames that were waiting and are lost with it.
+        waiting: usize,
+    },
+    /// What it sent makes no sense.
+    #[error("it does not keep to the protocol: {0}")]
+    Protocol(String),
+    /// The connection broke.
+    #[error("the connection broke: {0}")]
+    Broken(ErrorKind),
+    /// There are as many clients as may be.
+    #[error("{0} clients are connected already")]
+    Crowded(usize),
+    /// The doors are being closed.
+    #[error("the bus is closing")]
+    Closing,
+}
+
+/// Why doors could not be opened. None is open then.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// The address can be reached by other machines, and nobody asked for that.
+    #[error(
+        "{endpoint} could be reached by other machines, and whoever reaches it is on the bus: \
+         listen on 127.0.0.1, or allow it by --expose"
+    )]
+    Public {
+        /// The endpoint asked for.
+        endpoint: Endpoint,
+    },
+    /// The host name means nothing here.
+    #[error("cannot listen on {endpoint}: no address belongs to '{host}' ({source}); use 127.0.0.1",
+        host = endpoint.host())]
+    Unresolved {
+        /// The endpoint asked for.
+        endpoint: Endpoint,
+        /// What the resolver says.
+        source: io::Error,
+    },
+    /// Another program listens there.
+    #[error(
+        "cannot listen on {endpoint}: the port is in use; end the program that uses it, or choose \
+         another port (0 takes a free one)"
+    )]
+    InUse {
+        /// The endpoint asked for.
+        endpoint: Endpoint,
+    },
+    /// The system refuses for another reason.
+    #[error("cannot listen on {endpoint}: {source}; {hint}", hint = hint(source))]
+    Listen {
+        /// The endpoint asked for.
+        endpoint: Endpoint,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The thread that keeps the sockets could not be started.
+    #[error("cannot start the thread for the bus's connections: {source}; are there too many?")]
+    Thread {
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+fn hint(error: &io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::PermissionDenied => "choose a port from 1024 upwards",
+        ErrorKind::AddrNotAvailable => "use an address of this machine",
+        _ => "choose another address",
+    }
+}
+
+/// The open doors of one simulated bus. Closed, with what is still waiting sent, when dropped.
+#[derive(Debug)]
+pub struct Doors {
+    addresses: Vec<Endpoint>,
+    roster: Arc<Roster>,
+    members: Vec<(ClientId, Arc<Outbox>)>,
+    ready: VecDeque<Happening>,
+    closing: watch::Sender<bool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Doors {
+    /// Opens all these doors, or none.
+    ///
+    /// # Errors
+    /// The first endpoint that cannot be listened on, with what to do about it.
+    pub fn open(endpoints: &[Endpoint], options: &Options) -> Result<Doors, OpenError> {
+        let mut addresses = Vec::new();
+        let mut listeners = Vec::new();
+        for endpoint in endpoints {
+            let (listener, port) = listen(endpoint, options)?;
+            addresses.push(endpoint.with_port(port));
+            listeners.push((listener, endpoint.clone()));
+        }
+        let roster = Arc::new(Roster::new(options));
+        let (closing, closed) = watch::channel(false);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .enable_time()
+            .build()
+            .map_err(|source| OpenError::Thread { source })?;
+        let work = connection::keep(listeners, roster.clone(), options.clone(), closed);
+        let thread = std::thread::Builder::new()
+            .name("doors".to_owned())
+            .spawn(move || runtime.block_on(work))
+            .map_err(|source| OpenError::Thread { source })?;
+        Ok(Doors {
+            addresses,
+            roster,
+            members: Vec::new(),
+            ready: VecDeque::new(),
+            closing,
+            thread: Some(thread),
+        })
+    }
+
+    /// Where the doors are, with the ports they really have.
+    pub fn addresses(&self) -> &[Endpoint] {
+        &self.addresses
+    }
+
+    /// The next event, if there is one. Never waits; costs one atomic read if there is none.
+    pub fn take(&mut self) -> Option<Event> {
+        if self.ready.is_empty() {
+            self.roster.collect(&mut self.ready);
+        }
+        Some(match self.ready.pop_front()? {
+            Happening::Joined {
+                client,
+                outbox,
+                door,
+                peer,
+                listen_only,
+                bit_rate,
+            } => {
+                self.members.push((client, outbox));
+                Event::Joined {
+                    client,
+                    door,
+                    peer,
+                    listen_only,
+                    bit_rate,
+                }
+            }
+            Happening::Frame { client, frame } => Event::Frame { client, frame },
+            Happening::Left { client, reason } => {
+                self.members.retain(|(member, _)| *member != client);
+                self.roster.forget(client);
+                Event::Left { client, reason }
+            }
+            Happening::Refused { door, peer, reason } => Event::Refused { door, peer, reason },
+        })
+    }
+
+    /// Sleeps until an event may be there or the time is over.
+    pub fn wait(&mut self, timeout: Duration) {
+        if self.ready.is_empty() {
+            self.roster.wait(timeout);
+        }
+    }
+
+    /// Lets `frames` more frames of this client come, because so many have left its mailbox for
+    /// the bus (or were given up there). Without it a client gets through
+    /// [`Options::mailbox_frames`] frames and no more. A client that has left is passed over.
+    pub fn grant(&mut self, client: ClientId, frames: u32) {
+        self.roster.grant(client, frames);
+    }
+
+    /// Gives a frame that went over the bus to all clients but `except`, usually its sender.
+    /// Never waits. `stamp_ns` is the time in nanoseconds since the start of the bus.
+    ///
+    /// A remote frame reaches slcan clients, and socketcand clients that have shown by `sendrtr`
+    /// that they know of such frames; to the others it cannot be said.
+    pub fn deliver(&mut self, frame: &Frame, stamp_ns: u64, except: Option<ClientId>) {
+        for (client, outbox) in &self.members {
+            if Some(*client) != except {
+                outbox.deliver(frame, stamp_ns);
+            }
+        }
+    }
+
+    /// The clients now on the bus, in the order in which they joined.
+    pub fn clients(&self) -> impl Iterator<Item = ClientId> {
+        self.members.iter().map(|(client, _)| *client)
+    }
+}
+
+impl Drop for Doors {
+    fn drop(&mut self) {
+        self.closing.send_replace(true);
+        if let Some(thread) = self.thread.take() {
+            // It ends by itself within the linger time; a panic in it has been printed already.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Listens there; gives the socket and its port.
+fn listen(endpoint: &Endpoint, options: &Options) -> Result<(TcpListener, u16), OpenError> {
+    let public = || OpenError::Public {
+        endpoint: endpoint.clone(),
+    };
+    let mut addresses: Vec<SocketAddr> = (endpoint.host(), endpoint.port())
+        .to_socket_addrs()
+        .map_err(|source| OpenError::Unresolved {
+            endpoint: endpoint.clone(),
+            source,
+        })?
+        .collect();
+    if !options.public
+        && !addresses
+            .iter()
+            .all(|at| at.ip().to_canonical().is_loopback())
+    {
+        return Err(public());
+    }
+    // Several for a name: IPv4 first, which all clients can. Only one is tried, or a busy port
+    // would quietly move the door to another address.
+    addresses.sort_by_key(SocketAddr::is_ipv6);
+    let address = addresses.first().ok_or_else(|| OpenError::Unresolved {
+        endpoint: endpoint.clone(),
+        source: ErrorKind::NotFound.into(),
+    })?;
+    let listener = TcpListener::bind(address).and_then(|listener| {
+        listener.set_nonblocking(true)?;
+        let port = listener.local_addr()?.port();
+        Ok((listener, port))
+    });
+    listener.map_err(|source| match source.kind() {
+        ErrorKind::AddrInUse => OpenError::InUse {
+            endpoint: endpoint.clone(),
+        },
+        _ => OpenError::Listen {
+            endpoint: endpoint.clone(),
+            source,
+        },
+    })
+}
+
+/// What a message from a client asks for, and what it is answered once that is done.
+#[derive(Debug, PartialEq, Eq)]
+struct Action {
+    effect: Effect,
+    answer: Text,
+}
+
+/// Text for a client.
+type Text = std::borrow::Cow<'static, [u8]>;
+
+#[derive(Debug, PartialEq, Eq)]
+enum Effect {
+    None,
+    Join {
+        listen_only: bool,
+        bit_rate: Option<u32>,
+    },
+    Leave,
+    Send(Frame),
+    Timestamps(bool),
+    Drop(LeaveReason),
+}
+
+impl Effect {
+    fn answered(self, answer: impl Into<Text>) -> Action {
+        Action {
+            effect: self,
+            answer: answer.into(),
+        }
+    }
+}
+
+/// What has been agreed with a client about the frames it is sent.
+#[derive(Clone, Copy, Debug, Default)]
+struct Manner {
+    /// slcan: with time stamps.
+    timestamps: bool,
+    /// socketcand: it knows remote frames.
+    remote: bool,
+}
+
+/// The server's side of one connection's protocol.
+#[derive(Debug)]
+enum Server {
+    Socketcand(socketcand::Server),
+    Slcan(slcan::Server),
+}
+
+impl Server {
+    fn new(endpoint: &Endpoint) -> Server {
+        match endpoint.protocol() {
+            Protocol::Socketcand => Server::Socketcand(socketcand::Server::new(endpoint.channel())),
+            Protocol::Slcan => Server::Slcan(slcan::Server::default()),
+        }
+    }
+
+    /// Takes the next byte from the client.
+    fn push(&mut self, byte: u8) -> Option<Action> {
+        match self {
+            Server::Socketcand(server) => server.push(byte),
+            Server::Slcan(server) => server.push(byte),
+        }
+    }
+}
+
+/// What a client is told on connecting.
+fn greeting(protocol: Protocol) -> Text {
+    match protocol {
+        Protocol::Socketcand => Text::Borrowed(b"< hi >"),
+        Protocol::Slcan => Text::Borrowed(b""),
+    }
+}
+
+/// What a client is told last.
+fn farewell(protocol: Protocol, reason: &LeaveReason) -> Text {
+    match (protocol, reason) {
+        (_, LeaveReason::Disconnected | LeaveReason::Broken(_) | LeaveReason::Closing) => {
+            Text::Borrowed(b"")
+        }
+        (Protocol::Socketcand, reason) => socketcand::error(&reason.to_string()),
+        (Protocol::Slcan, _) => Text::Borrowed(&[can::slcan::REFUSED]),
+    }
+}
+
+/// Appends the text of a frame from the bus.
+fn write_frame(
+    text: &mut Vec<u8>,
+    protocol: Protocol,
+    manner: Manner,
+    stamp_ns: u64,
+    frame: &Frame,
+) {
+    match protocol {
+        Protocol::Socketcand if frame.is_remote() && !manner.remote => {}
+        Protocol::Socketcand => crate::socketcand::write_received(text, stamp_ns, frame),
+        Protocol::Slcan => slcan::write_frame(text, manner.timestamps, stamp_ns, frame),
+    }
+}

@@ -1,0 +1,3 @@
+//! What went over a bus, written down.
+
+pub mod candump;
