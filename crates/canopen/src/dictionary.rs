@@ -383,7 +383,28 @@ impl Table {
 
     /// Fills `image` with the defaults for `node`.
     pub fn defaults(&self, image: &mut crate::Image<'_>, node: NodeId) {
-        for (hot, row) in self.hot.iter().zip(self.rows) {
+        self.defaults_where(image, node, |_| true);
+    }
+
+    /// Fills the communication parameters that can be stored with their defaults for `node`.
+    pub(crate) fn communication_defaults(&self, image: &mut crate::Image<'_>, node: NodeId) {
+        self.defaults_where(image, node, |row| {
+            row.address.is_communication() && !matches!(row.group, crate::Group::None)
+        });
+    }
+
+    fn defaults_where(
+        &self,
+        image: &mut crate::Image<'_>,
+        node: NodeId,
+        wanted: impl Fn(&Row) -> bool,
+    ) {
+        for (hot, row) in self
+            .hot
+            .iter()
+            .zip(self.rows)
+            .filter(|(_, row)| wanted(row))
+        {
             let raw = match row.default {
                 Default::Value(value) => value as u32,
                 Default::Real(value) => value.to_bits(),

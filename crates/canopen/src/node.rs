@@ -88,6 +88,20 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
+    /// Puts the communication parameters (0x1000 to 0x1FFF) back to what is `stored`, or to their
+    /// defaults; all other objects stay. The answer to [`Reset::Communication`]; then
+    /// [`Node::start`]. Damaged parameters count as none.
+    pub fn restart_communication(&mut self, stored: &[u8]) {
+        self.state = NmtState::Initialising;
+        self.emergencies = EmergencyQueue::EMPTY;
+        self.sdo = SdoServer::new(self.id);
+        let table = &self.device.table;
+        let mut image = Image::new(self.memory.as_mut());
+        // What cannot be stored is no parameter: the error history and the serial number stay.
+        table.communication_defaults(&mut image, self.id);
+        let _ = crate::store::load_communication(table, &mut image, stored);
+    }
+
     /// Boots up: reads the communication parameters from the image, posts the boot-up frame and
     /// enters the state that 0x1F80 says. Call once; take the boot-up frame with
     /// [`Node::transmit`].

@@ -26,6 +26,11 @@ impl Address {
         Address { index, sub }
     }
 
+    /// Whether the object lies in the communication area, 0x1000 to 0x1FFF (CiA 301 7.4.1).
+    pub const fn is_communication(self) -> bool {
+        self.index >= 0x1000 && self.index < 0x2000
+    }
+
     #[inline]
     pub(crate) const fn key(self) -> u32 {
         (self.index as u32) << 8 | self.sub as u32
@@ -388,7 +393,7 @@ impl Row {
         if self.minimum.is_some() || self.maximum.is_some() {
             flags |= flag::RANGE;
         }
-        if self.address.index >= 0x1000 && self.address.index < 0x2000 {
+        if self.address.is_communication() {
             flags |= flag::NODE;
         }
         flags

@@ -107,6 +107,15 @@ impl core::fmt::Display for Damage {
 
 impl core::error::Error for Damage {}
 
+/// Whether an object can be stored at all.
+pub fn is_stored(table: &Table, address: Address) -> bool {
+    let row = table
+        .find(address.index, address.sub)
+        .ok()
+        .and_then(|entry| table.row(&entry));
+    row.is_some_and(|row| row.group != Group::None)
+}
+
 /// What [`load`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loaded {

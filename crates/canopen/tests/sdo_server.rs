@@ -205,8 +205,9 @@ fn frame_lengths() {
 fn access() {
     let none = Abort::NO_OBJECT.0;
     let no_sub = Abort::NO_SUB_INDEX.0;
-    // Index, sub-index, size, what reading and what writing gives.
-    let table: &[(u16, u8, usize, Option<u32>, Option<u32>)] = &[
+    /// Index, sub-index, size, what reading and what writing gives.
+    type Case = (u16, u8, usize, Option<u32>, Option<u32>);
+    let table: &[Case] = &[
         (0x2000, 2, 2, None, None),
         (0x2001, 0, 2, None, Some(Abort::READ_ONLY.0)),
         (0x2002, 0, 2, Some(Abort::WRITE_ONLY.0), None),
