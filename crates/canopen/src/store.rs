@@ -200,11 +200,29 @@ fn check(stored: &[u8]) -> Result<&[u8], Damage> {
 /// # Errors
 /// The [`Damage`]; the image is then untouched.
 pub fn load(table: &Table, image: &mut Image<'_>, stored: &[u8]) -> Result<Loaded, Damage> {
+    load_where(table, image, stored, |_| true)
+}
+
+/// Like [`load`], communication parameters only.
+pub(crate) fn load_communication(
+    table: &Table,
+    image: &mut Image<'_>,
+    stored: &[u8],
+) -> Result<Loaded, Damage> {
+    load_where(table, image, stored, Address::is_communication)
+}
+
+fn load_where(
+    table: &Table,
+    image: &mut Image<'_>,
+    stored: &[u8],
+    wanted: impl Fn(Address) -> bool,
+) -> Result<Loaded, Damage> {
     let mut loaded = Loaded {
         applied: 0,
         skipped: 0,
     };
-    for record in records(stored)? {
+    for record in records(stored)?.filter(|record| wanted(record.address)) {
         let mut raw = [0; 4];
         let fits = raw
             .get_mut(..record.bytes.len())

@@ -72,9 +72,11 @@ impl<R: Real> CurrentLoop<R> {
         let error_q = demand_a.q - actual_a.q;
         let coupling = speed_rad_per_s * gains.decoupling_h;
         let forward = speed_rad_per_s * gains.feed_forward_v_s;
+        let d = gains.d_kp_v_per_a * error_d + self.integral_v.d - coupling * actual_a.q;
+        let q = gains.q_kp_v_per_a * error_q + self.integral_v.q + coupling * actual_a.d + forward;
         let wanted = Rotor {
-            d: gains.d_kp_v_per_a * error_d + self.integral_v.d - coupling * actual_a.q,
-            q: gains.q_kp_v_per_a * error_q + self.integral_v.q + coupling * actual_a.d + forward,
+            d: d.sane(),
+            q: q.sane(),
         };
         let (realised, limited) = modulation::inside_circle(wanted, radius_v);
 

@@ -113,8 +113,8 @@ impl<R: Real> I2tSum<R> {
     #[inline(always)]
     pub fn add(&mut self, limits: &I2tLimits<R>, square: R) {
         let bound = R::splat(UNITS * 16.0);
-        let more = ((square - limits.continuous_square) * limits.scale).within(bound);
-        let rest = R::count_add(self.rest, more.sane().to_count());
+        let more = (square - limits.continuous_square) * limits.scale;
+        let rest = R::count_add(self.rest, more.sane().within(bound).to_count());
         let carry = R::count_shift_right(rest, 24);
         let periods = R::count_add(self.periods, carry);
         let rest = R::count_sub(rest, R::count_mul(carry, R::count(1 << 24)));

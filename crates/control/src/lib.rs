@@ -17,15 +17,25 @@
 #[cfg(test)]
 extern crate std;
 
+mod cascade;
+mod command;
 pub mod current;
+mod demand;
+mod feedback;
 pub mod i2t;
 pub mod io;
 pub mod modulation;
+pub mod motion;
+mod parameters;
 mod real;
 pub mod transform;
 pub mod trig;
 pub mod tuning;
 pub mod velocity;
 
+pub use cascade::Cascade;
+pub use command::{Command, FrameSource, Limits};
+pub use feedback::Feedback;
+pub use parameters::{EncoderSettings, Gains, Motor, Parameters, Stage};
 pub use real::{Mask, Real};
 pub use trig::sin_cos;

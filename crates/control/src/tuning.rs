@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(bandwidth_hz, 1000.0);
         near(
             least_bandwidth_hz,
-            6.55 / (2.0 * 0.000_364_5 * 6.283_185_307),
+            6.55 / (2.0 * 0.000_364_5 * core::f64::consts::TAU),
         );
         assert!(current(Rule::SecondOrder, least_bandwidth_hz * 1.0001, 1.0, R, L).is_ok());
         assert!(current(Rule::PoleZero, 1000.0, 1.0, R, L).is_ok());

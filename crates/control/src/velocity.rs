@@ -118,6 +118,7 @@ pub struct Tracker<R: Real> {
     raw: R::Count,
     position: R::Count,
     velocity: R,
+    part: R,
     reported: R,
 }
 
@@ -131,6 +132,7 @@ impl<R: Real> Tracker<R> {
             raw: R::count(0),
             position: R::count(0),
             velocity: R::splat(0.0),
+            part: R::splat(0.0),
             reported: R::splat(0.0),
         }
     }
@@ -156,8 +158,8 @@ impl<R: Real> Tracker<R> {
         self.started = R::Mask::splat(true);
 
         let coarse = R::of_count(moved) * encoder.rate_hz;
-        let part = encoder.in_loop.at(self.velocity.abs());
-        self.velocity = (self.velocity + part * (coarse - self.velocity)).sane();
+        self.part = encoder.in_loop.at(self.velocity.abs());
+        self.velocity = (self.velocity + self.part * (coarse - self.velocity)).sane();
         // The cutoff follows the filter's own output. Following the livelier estimate would open
         // the filter just when a count arrives and so read 40 % too fast at 10 rpm.
         let part = encoder.reported.at(self.reported.abs());
@@ -174,6 +176,13 @@ impl<R: Real> Tracker<R> {
     #[inline(always)]
     pub fn velocity(&self) -> R {
         self.velocity
+    }
+
+    /// The part of the way that the loops' filter went in the last period. A demand that goes
+    /// through the same filter is as late as the velocity, and can be compared with it.
+    #[inline(always)]
+    pub fn part(&self) -> R {
+        self.part
     }
 
     /// Velocity for reporting, counts/s.

@@ -1,1 +1,35 @@
-//! drive
+//! A complete servo drive without its hardware.
+//!
+//! Two halves meet in two values. [`Comms`] is the communication half: the CANopen node, the axis
+//! of CiA 402, the fault manager; it may live in the CAN interrupt. [`control::Cascade`] is the
+//! control half: current, velocity and position loops; it may live in the PWM interrupt. Comms
+//! gives a [`control::Command`] and takes a [`control::Feedback`]. [`Drive`] holds both, for one
+//! processor or one virtual drive.
+//!
+//! The way of a set-point: frame → [`Comms::receive`] → dictionary → [`Application`] (owner) → axis
+//! → demand → [`command`] → cascade → duty. The way back: sample → cascade → feedback →
+//! [`publish`] → dictionary → TPDO.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing
+    )
+)]
+
+mod application;
+mod command;
+mod comms;
+mod configuration;
+mod drive;
+mod faults;
+mod parameters;
+mod publish;
+
+pub use comms::{Comms, Request};
+pub use drive::{Drive, Hardware};
+pub use faults::Health;
+pub use parameters::{ParameterError, PwmTiming};

@@ -27,6 +27,8 @@ pub enum Switch {
     Always,
     /// Off unless this object is other than 0; the object is the threshold, too.
     Object(Field),
+    /// Off unless one of these objects is other than 0: the upper and the lower threshold.
+    Either(Field, Field),
     /// No object enables it (P46), and it is off.
     Off,
 }

@@ -35,6 +35,8 @@ impl Scaled {
 /// One axis: the objects of CiA 402, wherever the drive has them.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisObjects {
+    /// Index of the axis's objects: 0x6000 for the first, 0x800 more for each further one.
+    pub base: u16,
     /// 0x6040.
     pub controlword: Handle<u16>,
     /// 0x6041.

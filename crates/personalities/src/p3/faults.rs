@@ -78,6 +78,13 @@ const fn by(index: u16, sub: u8) -> Switch {
     Switch::Object(OBJECTS_CONST.need(index, sub))
 }
 
+const fn either(index: u16, sub: u8, other: u16, other_sub: u8) -> Switch {
+    Switch::Either(
+        OBJECTS_CONST.need(index, sub),
+        OBJECTS_CONST.need(other, other_sub),
+    )
+}
+
 use Kind::{Fault, Warning};
 use States::{All, OperationEnabled};
 use Switch::{Always, Off};
@@ -242,7 +249,7 @@ pub(super) const TABLE: &[FaultRow] = &[
         7,
         22,
         OperationEnabled,
-        by(0x6046, 1),
+        either(0x6046, 1, 0x6046, 2),
     ),
     row(
         Cause::AccelerationLimit,
@@ -251,7 +258,7 @@ pub(super) const TABLE: &[FaultRow] = &[
         7,
         23,
         OperationEnabled,
-        by(0x60C5, 0),
+        either(0x60C5, 0, 0x60C6, 0),
     ),
     row(
         Cause::PositionTrackingWarning,

@@ -83,6 +83,7 @@ const fn window(size: u16, time_ms: u16) -> Option<WindowObjects> {
 }
 
 const AXIS: AxisObjects = AxisObjects {
+    base: 0x6000,
     controlword: OBJECTS_CONST.handle(0x6040, 0),
     statusword: OBJECTS_CONST.handle(0x6041, 0),
     mode: OBJECTS_CONST.need(0x6060, 0),

@@ -1,0 +1,290 @@
+//! The owner of a drive's objects: what a write means, and what a millisecond brings.
+
+use canopen::{Abort, Address, Changed, Image, Instant, Owner, Verdict, store};
+use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use control::{Command, Feedback, Limits, Parameters};
+use personalities::{Personality, class};
+
+use crate::command::{command, limits};
+use crate::configuration::{limit, read_configuration, read_targets};
+use crate::faults::{FaultManager, Health, Observation};
+use crate::parameters::{LoopParameters, read_parameters};
+use crate::publish::publish;
+use crate::{Hardware, ParameterError, PwmTiming};
+
+/// The motor supply counts as present from here on, V (the P3 works from 12 V, l.56).
+const SUPPLY_PRESENT_V: f32 = 9.0;
+
+/// Everything about the drive that is not CANopen itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Application {
+    personality: &'static Personality,
+    hardware: Hardware,
+    pub(crate) axis: Axis,
+    configuration: Configuration,
+    /// 0x6080 or its like, counts/s.
+    max_motor_velocity: Option<f32>,
+    loops: LoopParameters,
+    parameter_error: Option<ParameterError>,
+    pub(crate) faults: FaultManager,
+    feedback: Feedback<f32>,
+    /// What the control half has not taken yet.
+    new_command: Option<Command<f32>>,
+    new_limits: bool,
+    new_parameters: bool,
+    new_position: Option<i32>,
+    pub(crate) store_request: Option<store::Request>,
+}
+
+impl Application {
+    /// Reads everything from the image.
+    ///
+    /// # Errors
+    /// The [`ParameterError`] of a dictionary whose very defaults make no drive.
+    pub(crate) fn new(
+        personality: &'static Personality,
+        hardware: Hardware,
+        image: &Image<'_>,
+        feedback: Feedback<f32>,
+        health: Health,
+    ) -> Result<Application, ParameterError> {
+        let mut application = Application {
+            personality,
+            hardware,
+            axis: Axis::new(&personality.cia402),
+            configuration: read_configuration(image, &personality.axis),
+            max_motor_velocity: None,
+            loops: read_parameters(image, personality, &hardware)?,
+            parameter_error: None,
+            faults: FaultManager::new(personality.faults, health),
+            feedback,
+            new_command: Some(Command::idle()),
+            new_limits: false,
+            new_parameters: true,
+            new_position: None,
+            store_request: None,
+        };
+        application.configure(image);
+        application.axis.initialised();
+        Ok(application)
+    }
+
+    /// Takes what the control half has seen.
+    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>) {
+        self.feedback = *feedback;
+    }
+
+    /// Acts upon writes that were committed.
+    pub(crate) fn changed(&mut self, image: &Image<'_>, changed: Changed) {
+        if changed.has(class::CONTROL) {
+            self.configure_loops(image);
+            self.configure(image);
+        } else if changed.has(class::CONFIGURATION) {
+            self.configure(image);
+        }
+        let targets = [
+            (class::TARGET_POSITION, Target::Position),
+            (class::TARGET_VELOCITY, Target::Velocity),
+            (class::TARGET_TORQUE, Target::Torque),
+        ];
+        for (class, target) in targets {
+            if changed.has(class) {
+                let targets = read_targets(image, &self.personality.axis);
+                let actual = self.actual();
+                self.axis
+                    .set_point(target, &self.configuration, &targets, &actual);
+            }
+        }
+        self.take_demand();
+    }
+
+    /// Once per millisecond.
+    pub(crate) fn tick(&mut self, image: &Image<'_>, now: Instant) {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        self.axis.tick(&self.configuration, &targets, &actual);
+        let seen = Observation {
+            now,
+            conditions: self.axis.conditions(),
+            feedback: &self.feedback,
+            parameters_are_valid: self.parameter_error.is_none(),
+            enabled: matches!(
+                self.axis.state(),
+                State::OperationEnabled | State::QuickStopActive
+            ),
+        };
+        if self.faults.judge(image, &seen) {
+            self.axis.fault();
+        }
+        self.take_demand();
+    }
+
+    pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
+        self.new_command.take()
+    }
+
+    /// Limits that changed while the demand goes on.
+    pub(crate) fn take_limits(&mut self) -> Option<Limits<f32>> {
+        core::mem::take(&mut self.new_limits).then(|| {
+            limits(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.configuration,
+                self.max_motor_velocity,
+                &self.loops,
+            )
+        })
+    }
+
+    pub(crate) fn take_parameters(&mut self) -> Option<Parameters<f32>> {
+        core::mem::take(&mut self.new_parameters).then_some(self.loops.parameters)
+    }
+
+    pub(crate) fn take_position(&mut self) -> Option<i32> {
+        self.new_position.take()
+    }
+
+    pub(crate) fn parameters(&self) -> Parameters<f32> {
+        self.loops.parameters
+    }
+
+    pub(crate) fn timing(&self) -> PwmTiming {
+        self.loops.timing
+    }
+
+    pub(crate) fn parameter_error(&self) -> Option<ParameterError> {
+        self.parameter_error
+    }
+
+    fn configure(&mut self, image: &Image<'_>) {
+        let objects = &self.personality.axis;
+        self.configuration = read_configuration(image, objects);
+        self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
+        self.new_limits = true;
+    }
+
+    fn configure_loops(&mut self, image: &Image<'_>) {
+        match read_parameters(image, self.personality, &self.hardware) {
+            Ok(loops) => {
+                self.loops = loops;
+                self.new_parameters = true;
+                self.parameter_error = None;
+            }
+            Err(error) => self.parameter_error = Some(error),
+        }
+    }
+
+    fn take_demand(&mut self) {
+        if let Some(demand) = self.axis.take_demand() {
+            self.new_command = Some(command(
+                &demand,
+                self.axis.mode(),
+                &self.configuration,
+                self.max_motor_velocity,
+                &self.loops,
+            ));
+        }
+    }
+
+    fn actual(&self) -> Actual {
+        let feedback = &self.feedback;
+        Actual {
+            position: feedback.position,
+            velocity: feedback.velocity_reported,
+            torque_pm: feedback.current_q_a * self.loops.pm_per_ampere,
+            demand_position: feedback.demand_position,
+            demand_fraction: feedback.demand_fraction,
+            demand_velocity: feedback.demand_velocity,
+            demand_torque_pm: feedback.demand_current_a * self.loops.pm_per_ampere,
+            limited: feedback.current_limited
+                || feedback.velocity_limited
+                || feedback.voltage_limited,
+            voltage: feedback.bus_voltage_v > SUPPLY_PRESENT_V,
+            warning: self.faults.has_warning(),
+        }
+    }
+
+    fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let outcome = self
+            .axis
+            .write_controlword(word, &self.configuration, &targets, &actual);
+        if outcome.fault_reset {
+            self.faults.reset();
+        }
+        self.take_demand();
+        Verdict::Accept
+    }
+
+    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let result = self
+            .axis
+            .write_mode(mode, &self.configuration, &targets, &actual);
+        self.take_demand();
+        match result {
+            Ok(()) => Verdict::Accept,
+            Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
+            Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    fn write_store(&mut self, object: Address, value: u32) -> Verdict {
+        let request = if self.personality.stores_single_entry == Some(object) {
+            // P4: index << 8 | sub-index. Only an object that is stored at all can be saved.
+            let address = Address::from_key(value);
+            match address.filter(|address| store::is_stored(&self.table(), *address)) {
+                Some(address) => store::Request::Single(address),
+                None => return Verdict::Refuse(Abort::CANNOT_STORE),
+            }
+        } else {
+            match store::Request::from_write(object.sub, value) {
+                Ok(request) => request,
+                Err(abort) => return Verdict::Refuse(abort),
+            }
+        };
+        self.store_request = Some(request);
+        Verdict::Later
+    }
+
+    fn table(&self) -> canopen::Table {
+        self.personality.device.table
+    }
+}
+
+impl Owner for Application {
+    fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
+        let mut raw = [0; 4];
+        for (place, byte) in raw.iter_mut().zip(new) {
+            *place = *byte;
+        }
+        let raw = u32::from_le_bytes(raw);
+        if self.personality.presets_position == Some(object) {
+            self.new_position = Some(raw as i32);
+            return Verdict::Done;
+        }
+        let objects = &self.personality.axis;
+        match (object.index.wrapping_sub(objects.base), object.sub) {
+            (0x40, 0) => return self.write_controlword(image, raw as u16),
+            (0x60, 0) => return self.write_mode(image, raw as i8),
+            _ => {}
+        }
+        match object.index {
+            0x1010 => self.write_store(object, raw),
+            // P48: an angle only in the modes that use one, which there are none of yet.
+            _ => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    fn publish(&mut self, image: &mut Image<'_>) {
+        publish(
+            image,
+            &self.personality.axis,
+            &self.axis,
+            &self.feedback,
+            self.loops.pm_per_ampere,
+        );
+    }
+}

@@ -1,0 +1,264 @@
+//! The communication half: node, axis and faults.
+
+use can::Frame;
+use canopen::nmt::Reset;
+use canopen::{Abort, Changed, Events, Image, Instant, Node, NodeId, NodeMemory, store};
+use control::{Command, Feedback, Limits, Parameters};
+use personalities::Personality;
+
+use crate::application::Application;
+use crate::{Hardware, Health, ParameterError, PwmTiming};
+
+/// Interval of the axis's tick, ns.
+const TICK_NS: u64 = 1_000_000;
+
+// Image, node and axis of a P3 on a microcontroller.
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(size_of::<Comms<[u8; personalities::p3::IMAGE_BYTES]>>() <= 3 * 1024);
+
+/// What the drive asks of the host that carries it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Store parameters ([`Comms::stored`] makes the bytes), then call [`Comms::store_done`].
+    Store(store::Request),
+    /// Start over. After [`Reset::Node`] build the drive anew; after [`Reset::Communication`] call
+    /// [`Comms::reset_communication`] with what is stored.
+    Reset(Reset),
+}
+
+/// The communication half of a drive.
+///
+/// After each call of any function take frames with [`Comms::transmit`] until there are none, and
+/// what the control half needs with the `take_` functions; call [`Comms::poll`] at
+/// [`Comms::next_deadline`].
+#[derive(Clone, Debug)]
+pub struct Comms<M> {
+    personality: &'static Personality,
+    node: Node<M>,
+    application: Application,
+    reset: Option<Reset>,
+    next_tick: Instant,
+}
+
+impl<M: NodeMemory> Comms<M> {
+    /// A drive that is silent until [`Comms::start`]. `stored` are the bytes last made by
+    /// [`Comms::stored`], empty if there are none; `serial` its serial number. What the host knows
+    /// of the reason for this start is in `health`.
+    ///
+    /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
+    /// parameter error. Returned beside it: what was wrong with them.
+    ///
+    /// # Errors
+    /// [`ParameterError`] if the personality's own defaults make no drive.
+    pub fn new(
+        personality: &'static Personality,
+        hardware: Hardware,
+        memory: M,
+        id: NodeId,
+        serial: u32,
+        stored: &[u8],
+        mut health: Health,
+    ) -> Result<(Comms<M>, Option<store::Damage>), ParameterError> {
+        let mut node = Node::new(&personality.device, memory, id);
+        let table = personality.device.table;
+        let mut image = node.image();
+        if let Some(handle) = personality.serial_number {
+            image.set(handle, serial);
+        }
+        let feedback = Feedback::silent();
+        let defaults = Application::new(personality, hardware, &image, feedback, health)?;
+        let damage = store::load(&table, &mut image, stored).err();
+        health.store_damaged |= damage.is_some();
+        // Stored parameters that make no drive are a parameter error, not the end of it.
+        let mut application = defaults;
+        application.faults.report(health);
+        application.changed(&image, Changed::EVERYTHING);
+        let comms = Comms {
+            personality,
+            node,
+            application,
+            reset: None,
+            next_tick: Instant::NEVER,
+        };
+        Ok((comms, damage))
+    }
+
+    /// Boots up. Call once.
+    pub fn start(&mut self, now: Instant) {
+        let events = self.node.start(now);
+        self.next_tick = now.plus_ns(TICK_NS);
+        self.handle(events, now);
+    }
+
+    /// What the control half has seen; call before [`Comms::receive`] and [`Comms::poll`], so that
+    /// they act upon the present.
+    #[inline]
+    pub fn observe(&mut self, feedback: &Feedback<f32>) {
+        self.application.observe(feedback);
+    }
+
+    /// Takes a frame from the bus. What it means is in force when this returns: the state machine
+    /// has moved before the acknowledge can be sent.
+    pub fn receive(&mut self, frame: &Frame, now: Instant) {
+        let events = self.node.receive(frame, now, &mut self.application);
+        self.handle(events, now);
+    }
+
+    /// Does what time asks for.
+    pub fn poll(&mut self, now: Instant) {
+        if now >= self.next_tick {
+            // After a pause there is one tick, not a burst.
+            let due = self.next_tick.plus_ns(TICK_NS);
+            self.next_tick = if due > now { due } else { now.plus_ns(TICK_NS) };
+            self.application.tick(&self.node.image(), now);
+            self.announce();
+        }
+        self.node.poll(now);
+    }
+
+    /// When [`Comms::poll`] must be called next.
+    #[inline]
+    pub fn next_deadline(&self) -> Instant {
+        self.next_tick.min(self.node.next_deadline())
+    }
+
+    /// The next frame to send, if there is one.
+    #[inline]
+    pub fn transmit(&mut self) -> Option<Frame> {
+        self.node.transmit()
+    }
+
+    /// A new command for the control half.
+    #[inline]
+    pub fn take_command(&mut self) -> Option<Command<f32>> {
+        self.application.take_command()
+    }
+
+    /// New limits for the command in force.
+    pub fn take_limits(&mut self) -> Option<Limits<f32>> {
+        self.application.take_limits()
+    }
+
+    /// The parameters of the control half.
+    pub fn parameters(&self) -> Parameters<f32> {
+        self.application.parameters()
+    }
+
+    /// New parameters for the control half.
+    pub fn take_parameters(&mut self) -> Option<Parameters<f32>> {
+        self.application.take_parameters()
+    }
+
+    /// A new name for the present position, counts.
+    pub fn take_position(&mut self) -> Option<i32> {
+        self.application.take_position()
+    }
+
+    /// What the drive asks of its host.
+    pub fn take_request(&mut self) -> Option<Request> {
+        if let Some(reset) = self.reset.take() {
+            return Some(Request::Reset(reset));
+        }
+        self.application.store_request.take().map(Request::Store)
+    }
+
+    /// Makes the bytes to be stored for `request` in `out`, keeping what else `old` holds. Returns
+    /// their number.
+    ///
+    /// # Errors
+    /// [`store::Full`] if `out` is too small.
+    pub fn stored(
+        &mut self,
+        request: store::Request,
+        old: &[u8],
+        out: &mut [u8],
+    ) -> Result<usize, store::Full> {
+        let (table, id) = (self.personality.device.table, self.node.id());
+        store::save(&table, &self.node.image(), id, request, old, out)
+    }
+
+    /// The host has stored, or could not.
+    pub fn store_done(&mut self, result: Result<(), Abort>) {
+        self.node.complete(result);
+    }
+
+    /// The host saw something that concerns the drive's health.
+    pub fn report(&mut self, event: Health) {
+        self.application.faults.report(event);
+    }
+
+    /// Starts communication over: the communication parameters are those stored, everything else
+    /// stays.
+    pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
+        self.node.restart_communication(stored);
+        let events = self.node.start(now);
+        self.handle(events, now);
+    }
+
+    /// The rate of the bridge and the loops, as the parameters say.
+    pub fn timing(&self) -> PwmTiming {
+        self.application.timing()
+    }
+
+    /// Why the present parameters make no controllers, if so; the last good ones are in force.
+    pub fn parameter_error(&self) -> Option<ParameterError> {
+        self.application.parameter_error()
+    }
+
+    /// The axis.
+    pub fn axis(&self) -> &cia402::Axis {
+        &self.application.axis
+    }
+
+    /// The node.
+    pub fn node(&self) -> &Node<M> {
+        &self.node
+    }
+
+    /// The values of the dictionary, as last published.
+    pub fn image(&mut self) -> Image<'_> {
+        self.node.image()
+    }
+
+    fn handle(&mut self, events: Events, now: Instant) {
+        if events.sync {
+            self.application.faults.sync(now);
+        }
+        if !events.changed.is_empty() {
+            self.application.changed(&self.node.image(), events.changed);
+        }
+        if events.reset.is_some() {
+            self.reset = events.reset;
+        }
+        self.announce();
+    }
+
+    /// Sends what the fault manager has to say, and keeps the error objects.
+    fn announce(&mut self) {
+        while let Some(news) = self.application.faults.announce() {
+            self.node.announce(news.code, news.register, news.vendor);
+            let status = self.application.faults.status_register();
+            let mut image = self.node.image();
+            if let Some(handle) = self.personality.status_register {
+                image.set(handle, status);
+            }
+            // P17: the last code other than 0 stays.
+            if let Some(handle) = self.personality.error_code
+                && news.code != 0
+            {
+                image.set(handle, news.code);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_p3_is_small_even_with_64_bit_pointers() {
+        let bytes = size_of::<Comms<[u8; personalities::p3::IMAGE_BYTES]>>();
+        assert!(bytes <= 3 * 1024, "{bytes}");
+    }
+}

@@ -1,0 +1,117 @@
+//! From the dictionary to the axis: limits, profile parameters and targets in internal units.
+
+use canopen::{Field, Image};
+use cia402::{Configuration, Targets, Window};
+use personalities::{AxisObjects, Scaled, WindowObjects};
+
+/// The value of an object in internal units.
+#[inline]
+pub(crate) fn value(image: &Image<'_>, object: Scaled) -> f32 {
+    image.real(object.field) * object.scale
+}
+
+/// The value of an object in internal units, as a count.
+#[inline]
+fn count(image: &Image<'_>, object: Scaled) -> i32 {
+    if object.scale == 1.0 {
+        // Counts above 2²⁴ have no exact `f32`.
+        image.number(object.field) as i32
+    } else {
+        value(image, object) as i32
+    }
+}
+
+/// A limit, of which 0 means "none".
+pub(crate) fn limit(image: &Image<'_>, object: Option<Scaled>) -> Option<f32> {
+    object
+        .map(|object| value(image, object))
+        .filter(|limit| *limit > 0.0)
+}
+
+/// The least of several limits, of which 0 means "none".
+pub(crate) fn least(image: &Image<'_>, objects: &[Scaled]) -> Option<f32> {
+    let mut least: Option<f32> = None;
+    for object in objects {
+        let Some(next) = limit(image, Some(*object)) else {
+            continue;
+        };
+        least = Some(match least {
+            Some(so_far) if so_far < next => so_far,
+            _ => next,
+        });
+    }
+    least
+}
+
+fn window(image: &Image<'_>, objects: Option<WindowObjects>) -> Option<Window> {
+    let objects = objects?;
+    let size = value(image, objects.size) as u32;
+    let time_ms = image.number(objects.time_ms).clamp(0, i64::from(u16::MAX)) as u16;
+    (size > 0).then_some(Window { size, time_ms })
+}
+
+fn fixed((size, time_ms): (u32, u16)) -> Option<Window> {
+    Some(Window { size, time_ms })
+}
+
+/// Reads the axis's configuration.
+pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Configuration {
+    let objects = &axis.configuration;
+    let position_limits = objects.position_limits.and_then(|(low, high)| {
+        let limits = (count(image, low), count(image, high));
+        (limits != (0, 0)).then_some(limits)
+    });
+    Configuration {
+        profile_velocity: value(image, objects.profile_velocity),
+        acceleration: value(image, objects.acceleration),
+        deceleration: value(image, objects.deceleration),
+        quick_stop_deceleration: objects
+            .quick_stop_deceleration
+            .map_or(0.0, |object| value(image, object)),
+        max_velocity: least(image, objects.max_velocity),
+        max_acceleration: limit(image, objects.max_acceleration),
+        max_deceleration: limit(image, objects.max_deceleration),
+        position_limits,
+        max_torque_pm: value(image, objects.max_torque),
+        torque_slope_pm_per_s: limit(image, objects.torque_slope),
+        interpolation_period_ns: interpolation_period_ns(image, objects.interpolation_period),
+        quick_stop_option: objects
+            .quick_stop_option
+            .map_or(2, |field| image.number(field) as i16),
+        following_warning: window(image, objects.following_warning),
+        following_fault: window(image, objects.following_fault),
+        velocity_warning: window(image, objects.velocity_warning),
+        velocity_fault: window(image, objects.velocity_fault),
+        position_window: fixed(objects.position_window),
+        velocity_window: fixed(objects.velocity_window),
+        velocity_threshold: objects.velocity_threshold,
+        velocity_threshold_time_ms: 0,
+    }
+}
+
+/// 0x60C2: value × 10^exponent seconds, in ns; 0 if the drive has no such object.
+fn interpolation_period_ns(image: &Image<'_>, objects: Option<(Field, Field)>) -> u32 {
+    let Some((value, exponent)) = objects else {
+        return 0;
+    };
+    let mut ns = image.number(value).max(0) as u64;
+    let exponent = image.number(exponent).clamp(-9, 9) + 9;
+    for _ in 0..exponent {
+        ns = ns.saturating_mul(10);
+    }
+    u32::try_from(ns).unwrap_or(u32::MAX)
+}
+
+/// Reads what the master wants.
+pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
+    let objects = &axis.targets;
+    let offset = |object: Option<Scaled>| object.map_or(0, |object| count(image, object));
+    Targets {
+        position: count(image, objects.position),
+        velocity: count(image, objects.velocity),
+        torque_pm: count(image, objects.torque) as i16,
+        position_offset: offset(objects.position_offset),
+        velocity_offset: offset(objects.velocity_offset),
+        torque_offset_pm: offset(objects.torque_offset) as i16,
+    }
+}

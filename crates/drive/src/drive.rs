@@ -1,0 +1,158 @@
+//! Both halves in one value.
+
+use can::Frame;
+
+use canopen::{Instant, NodeId, NodeMemory, store};
+use control::io::{Duty, Sample, Scales};
+use control::{Cascade, Feedback};
+use personalities::Personality;
+
+use crate::{Comms, Health, ParameterError, PwmTiming, Request};
+
+/// What the drive knows of the board it runs on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hardware {
+    /// How the converters convert.
+    pub scales: Scales,
+    /// Duties stay this far away from 0 and 1, for current sampling or the gate drivers; 0 to ½.
+    pub duty_margin: f32,
+}
+
+/// A drive: communication half and control half.
+///
+/// The host calls [`Drive::control_period`] at the control rate, [`Drive::receive`] for each frame,
+/// [`Drive::poll`] at [`Drive::next_deadline`], and after each of the last two takes frames with
+/// [`Drive::transmit`] and looks at [`Drive::take_request`].
+#[derive(Clone, Debug)]
+pub struct Drive<M> {
+    comms: Comms<M>,
+    cascade: Cascade<f32>,
+}
+
+impl<M: NodeMemory> Drive<M> {
+    /// See [`Comms::new`].
+    ///
+    /// # Errors
+    /// See [`Comms::new`].
+    pub fn new(
+        personality: &'static Personality,
+        hardware: Hardware,
+        memory: M,
+        id: NodeId,
+        serial: u32,
+        stored: &[u8],
+        health: Health,
+    ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
+        let (comms, damage) =
+            Comms::new(personality, hardware, memory, id, serial, stored, health)?;
+        let cascade = Cascade::new(&comms.parameters());
+        let mut drive = Drive { comms, cascade };
+        drive.hand_over();
+        Ok((drive, damage))
+    }
+
+    /// Boots up. Call once.
+    pub fn start(&mut self, now: Instant) {
+        self.comms.start(now);
+        self.hand_over();
+    }
+
+    /// Takes a frame from the bus.
+    pub fn receive(&mut self, frame: &Frame, now: Instant) {
+        self.comms.observe(&self.cascade.feedback());
+        self.comms.receive(frame, now);
+        self.hand_over();
+    }
+
+    /// Does what time asks for.
+    pub fn poll(&mut self, now: Instant) {
+        self.comms.observe(&self.cascade.feedback());
+        self.comms.poll(now);
+        self.hand_over();
+    }
+
+    /// When [`Drive::poll`] must be called next.
+    #[inline]
+    pub fn next_deadline(&self) -> Instant {
+        self.comms.next_deadline()
+    }
+
+    /// The next frame to send, if there is one.
+    #[inline]
+    pub fn transmit(&mut self) -> Option<Frame> {
+        self.comms.transmit()
+    }
+
+    /// One control period: from what the sensors say to what the bridge shall do.
+    #[inline]
+    pub fn control_period(&mut self, sample: &Sample<f32>) -> Duty<f32> {
+        self.cascade.period(sample)
+    }
+
+    /// What the drive asks of its host.
+    pub fn take_request(&mut self) -> Option<Request> {
+        self.comms.take_request()
+    }
+
+    /// See [`Comms::stored`].
+    ///
+    /// # Errors
+    /// See [`Comms::stored`].
+    pub fn stored(
+        &mut self,
+        request: store::Request,
+        old: &[u8],
+        out: &mut [u8],
+    ) -> Result<usize, store::Full> {
+        self.comms.stored(request, old, out)
+    }
+
+    /// See [`Comms::store_done`].
+    pub fn store_done(&mut self, result: Result<(), canopen::Abort>) {
+        self.comms.store_done(result);
+    }
+
+    /// See [`Comms::report`].
+    pub fn report(&mut self, event: Health) {
+        self.comms.report(event);
+    }
+
+    /// See [`Comms::reset_communication`]; the answer to [`canopen::Reset::Communication`].
+    pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
+        self.comms.reset_communication(stored, now);
+        self.hand_over();
+    }
+
+    /// The rate of the bridge and the loops.
+    pub fn timing(&self) -> PwmTiming {
+        self.comms.timing()
+    }
+
+    /// The communication half.
+    pub fn comms(&self) -> &Comms<M> {
+        &self.comms
+    }
+
+    /// What the loops have seen and do.
+    pub fn feedback(&self) -> Feedback<f32> {
+        self.cascade.feedback()
+    }
+
+    /// Gives the control half what the communication half has for it; in force from the next
+    /// control period on.
+    fn hand_over(&mut self) {
+        if let Some(parameters) = self.comms.take_parameters() {
+            self.cascade.set_parameters(&parameters);
+        }
+        if let Some(position) = self.comms.take_position() {
+            self.cascade.preset_position(position);
+        }
+        // A command carries the limits; they come apart only while it stays in force.
+        let limits = self.comms.take_limits();
+        match (self.comms.take_command(), limits) {
+            (Some(command), _) => self.cascade.load(&command),
+            (None, Some(limits)) => self.cascade.set_limits(&limits),
+            (None, None) => {}
+        }
+    }
+}

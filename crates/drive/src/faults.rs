@@ -1,0 +1,258 @@
+//! The fault manager: which errors there are, which are latched, what is announced.
+
+use canopen::{Image, Instant};
+use cia402::Conditions;
+use control::Feedback;
+use personalities::{Cause, FaultRow, Kind, States, Switch};
+
+/// How long the motor supply must be beyond its limit (P3 l.1043), ns.
+const SUPPLY_FILTER_NS: u64 = 450_000_000;
+
+/// What the host knows of the drive's health and the drive cannot measure: each is an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Health {
+    /// This start follows a reset by the watchdog.
+    pub watchdog_reset: bool,
+    /// The stored parameters were damaged and are not used.
+    pub store_damaged: bool,
+    /// The CAN controller lost received frames.
+    pub can_overrun: bool,
+    /// The CAN controller has recovered from bus-off.
+    pub bus_off_recovered: bool,
+}
+
+/// What is judged once per millisecond.
+pub(crate) struct Observation<'a> {
+    pub(crate) now: Instant,
+    pub(crate) conditions: Conditions,
+    pub(crate) feedback: &'a Feedback<f32>,
+    pub(crate) parameters_are_valid: bool,
+    pub(crate) enabled: bool,
+}
+
+/// A change of one error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Announcement {
+    /// Its code, or 0 if it ended.
+    pub(crate) code: u16,
+    /// Error register from now on.
+    pub(crate) register: u8,
+    /// Bytes 3 to 7 of the emergency frame.
+    pub(crate) vendor: [u8; 5],
+}
+
+/// The errors of one drive. At most 32 rows.
+#[derive(Clone, Debug)]
+pub(crate) struct FaultManager {
+    table: &'static [FaultRow],
+    /// A bit for each row that is active: a warning whose cause persists, or a latched fault.
+    active: u32,
+    /// Events that have happened and are not yet judged.
+    events: Health,
+    /// Errors that have come and gone, waiting to be announced.
+    raised: u32,
+    cleared: u32,
+    last_sync: Option<Instant>,
+    supply_high_since: Option<Instant>,
+    supply_low_since: Option<Instant>,
+}
+
+impl FaultManager {
+    pub(crate) fn new(table: &'static [FaultRow], health: Health) -> FaultManager {
+        FaultManager {
+            table,
+            active: 0,
+            events: health,
+            raised: 0,
+            cleared: 0,
+            last_sync: None,
+            supply_high_since: None,
+            supply_low_since: None,
+        }
+    }
+
+    /// Something has happened that the host saw.
+    pub(crate) fn report(&mut self, event: Health) {
+        self.events.watchdog_reset |= event.watchdog_reset;
+        self.events.store_damaged |= event.store_damaged;
+        self.events.can_overrun |= event.can_overrun;
+        self.events.bus_off_recovered |= event.bus_off_recovered;
+    }
+
+    /// A SYNC was received.
+    pub(crate) fn sync(&mut self, now: Instant) {
+        self.last_sync = Some(now);
+    }
+
+    /// Judges every row. Whether a fault has newly come.
+    pub(crate) fn judge(&mut self, image: &Image<'_>, seen: &Observation<'_>) -> bool {
+        let events = core::mem::take(&mut self.events);
+        let mut stop = false;
+        let table = self.table;
+        for (bit, row) in (0u32..32).zip(table) {
+            let mask = 1 << bit;
+            let looked_for = match row.states {
+                States::All => true,
+                States::OperationEnabled => seen.enabled,
+            };
+            let there = is_possible(image, row.switch)
+                && looked_for
+                && self.is_there(image, row, seen, events);
+            let active = self.active & mask != 0;
+            if there && !active {
+                self.active |= mask;
+                self.raised |= mask;
+                stop |= row.kind == Kind::Fault;
+            } else if !there && active && row.kind == Kind::Warning {
+                self.active &= !mask;
+                self.cleared |= mask;
+            }
+        }
+        stop
+    }
+
+    /// A fault reset: every latched fault ends. Those whose cause persists come again with the
+    /// next [`FaultManager::judge`].
+    pub(crate) fn reset(&mut self) {
+        for (bit, row) in (0u32..32).zip(self.table) {
+            if row.kind == Kind::Fault && self.active & (1 << bit) != 0 {
+                self.active &= !(1 << bit);
+                self.cleared |= 1 << bit;
+            }
+        }
+    }
+
+    /// The next change to announce, ended errors first.
+    pub(crate) fn announce(&mut self) -> Option<Announcement> {
+        let register = self.error_register();
+        if self.cleared != 0 {
+            let bit = self.cleared.trailing_zeros();
+            self.cleared &= self.cleared - 1;
+            let [low, high] = self.table.get(bit as usize)?.code.to_le_bytes();
+            // P16: the code of the ended error in bytes 6 and 7.
+            return Some(Announcement {
+                code: 0,
+                register,
+                vendor: [0, 0, 0, low, high],
+            });
+        }
+        if self.raised != 0 {
+            let bit = self.raised.trailing_zeros();
+            self.raised &= self.raised - 1;
+            let code = self.table.get(bit as usize)?.code;
+            return Some(Announcement {
+                code,
+                register,
+                vendor: [0; 5],
+            });
+        }
+        None
+    }
+
+    /// 0x1001: bit 0 is set with any other (P3 l.579).
+    pub(crate) fn error_register(&self) -> u8 {
+        self.active_rows().fold(0, |register, row| {
+            register | 1 | 1 << (row.register_bit & 7)
+        })
+    }
+
+    /// 0x1002: a bit for each active error.
+    pub(crate) fn status_register(&self) -> u32 {
+        self.active_rows()
+            .fold(0, |register, row| register | 1 << (row.status_bit & 31))
+    }
+
+    /// Whether a warning is active.
+    pub(crate) fn has_warning(&self) -> bool {
+        self.active_rows().any(|row| row.kind == Kind::Warning)
+    }
+
+    fn active_rows(&self) -> impl Iterator<Item = &'static FaultRow> {
+        let active = self.active;
+        (0u32..32)
+            .zip(self.table)
+            .filter(move |(bit, _)| active & (1 << bit) != 0)
+            .map(|(_, row)| row)
+    }
+
+    /// Whether the cause of a row is there now. Causes that nothing senses yet never are.
+    fn is_there(
+        &mut self,
+        image: &Image<'_>,
+        row: &FaultRow,
+        seen: &Observation<'_>,
+        events: Health,
+    ) -> bool {
+        let conditions = &seen.conditions;
+        let feedback = seen.feedback;
+        let now = seen.now;
+        let threshold = match row.switch {
+            Switch::Object(field) => image.real(field),
+            _ => 0.0,
+        };
+        match row.cause {
+            Cause::WatchdogReset => events.watchdog_reset,
+            Cause::ParameterError => events.store_damaged || !seen.parameters_are_valid,
+            Cause::CanOverrun => events.can_overrun,
+            Cause::BusOffRecovered => events.bus_off_recovered,
+            Cause::CurrentLimit => feedback.i2t_active,
+            // Limits of the supply stand in units of 0.1 V.
+            Cause::BusOverVoltage => {
+                let beyond = feedback.bus_voltage_v > threshold * 0.1;
+                lasts(&mut self.supply_high_since, beyond, now, SUPPLY_FILTER_NS)
+            }
+            Cause::BusUnderVoltage => {
+                let beyond = feedback.bus_voltage_v < threshold * 0.1;
+                lasts(&mut self.supply_low_since, beyond, now, SUPPLY_FILTER_NS)
+            }
+            Cause::AmplifierTemperature => feedback.temperature_c > threshold,
+            Cause::SyncLoss => {
+                let since = *self.last_sync.get_or_insert(now);
+                now.since_ns(since) as f32 > threshold * 1e6
+            }
+            Cause::VelocityTrackingWarning => conditions.velocity_warning,
+            Cause::VelocityTrackingFault => conditions.velocity_fault,
+            Cause::PositionTrackingWarning => conditions.following_warning,
+            Cause::PositionTrackingFault => conditions.following_fault,
+            Cause::AccelerationLimit => conditions.acceleration_limited,
+            Cause::VelocityLimit => match row.switch {
+                Switch::Either(above, below) => {
+                    let speed = control::Real::abs(feedback.velocity_reported);
+                    let (above, below) = (image.real(above), image.real(below));
+                    (above > 0.0 && speed > above) || (below > 0.0 && speed < below)
+                }
+                _ => false,
+            },
+            Cause::EncoderFeedback
+            | Cause::MagnetDistance
+            | Cause::ShortCircuit
+            | Cause::MotorTemperature
+            | Cause::MotorPhasing
+            | Cause::PositiveLimitSwitch
+            | Cause::NegativeLimitSwitch
+            | Cause::HomeSwitch
+            | Cause::PositiveSoftStop
+            | Cause::NegativeSoftStop
+            | Cause::PositionWrapped
+            | Cause::Homing => false,
+        }
+    }
+}
+
+fn is_possible(image: &Image<'_>, switch: Switch) -> bool {
+    match switch {
+        Switch::Always => true,
+        Switch::Off => false,
+        Switch::Object(field) => image.raw(field) != 0,
+        Switch::Either(one, other) => image.raw(one) != 0 || image.raw(other) != 0,
+    }
+}
+
+/// Whether `is` has been so for `ns`.
+fn lasts(since: &mut Option<Instant>, is: bool, now: Instant, ns: u64) -> bool {
+    if !is {
+        *since = None;
+        return false;
+    }
+    now.since_ns(*since.get_or_insert(now)) > ns
+}

@@ -1,0 +1,223 @@
+//! From the dictionary to the loops: motor, encoder, amplifier and gains in SI units.
+
+use canopen::Image;
+use control::i2t::I2t;
+use control::tuning::{self, Rule, TuningError};
+use control::velocity::Cutoff;
+use control::{EncoderSettings, Gains, Motor, Parameters, Stage};
+use personalities::{LoopObjects, Personality};
+
+use crate::Hardware;
+use crate::configuration::{limit, value};
+
+/// A set of parameters from which no controller can be made. The drive announces it as a parameter
+/// error and keeps the controllers that it had.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParameterError {
+    /// A controller's gains cannot be computed.
+    Tuning(TuningError),
+    /// Number of poles: not an even number of at least 2.
+    Poles(i64),
+    /// Encoder resolution: not 2 to 2²⁴ − 1 counts.
+    EncoderResolution(i64),
+    /// A polarity that is neither 1 nor −1.
+    Polarity(i64),
+    /// PWM frequency 0, Hz.
+    PwmFrequency(i64),
+}
+
+impl From<TuningError> for ParameterError {
+    fn from(error: TuningError) -> ParameterError {
+        ParameterError::Tuning(error)
+    }
+}
+
+/// The rate of the bridge and of the loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PwmTiming {
+    /// PWM frequency, Hz; not 0.
+    pub frequency_hz: u32,
+    /// PWM periods per control period; not 0.
+    pub periods_per_control: u32,
+}
+
+impl PwmTiming {
+    /// The time of `n` PWM periods, ns, rounded down: from the count, so that nothing adds up.
+    pub const fn pwm_periods_ns(self, n: u64) -> u64 {
+        // n × 10⁹ / f without overflow for any time that a 64-bit nanosecond count can hold.
+        let whole = n / self.frequency_hz as u64;
+        let rest = n % self.frequency_hz as u64;
+        whole.wrapping_mul(1_000_000_000) + rest * 1_000_000_000 / self.frequency_hz as u64
+    }
+
+    /// Control period, s.
+    pub fn control_period_s(self) -> f32 {
+        self.periods_per_control as f32 / self.frequency_hz as f32
+    }
+
+    /// Control periods in `ns`, rounded up.
+    pub(crate) fn control_periods(self, ns: u32) -> i32 {
+        let pwm = u64::from(ns) * u64::from(self.frequency_hz);
+        let control = pwm.div_ceil(u64::from(self.periods_per_control) * 1_000_000_000);
+        i32::try_from(control).unwrap_or(i32::MAX)
+    }
+}
+
+/// What the loops run with, and what the communication half needs of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoopParameters {
+    pub(crate) parameters: Parameters<f32>,
+    pub(crate) timing: PwmTiming,
+    /// Current of one per mille of rated torque, A.
+    pub(crate) amperes_per_pm: f32,
+    /// Per mille of rated torque of 1 A.
+    pub(crate) pm_per_ampere: f32,
+    /// Current that accelerates the rotor, A per count/s².
+    pub(crate) amperes_per_acceleration: f32,
+}
+
+/// Reads the parameters of the loops.
+///
+/// # Errors
+/// The first [`ParameterError`].
+pub(crate) fn read_parameters(
+    image: &Image<'_>,
+    personality: &Personality,
+    hardware: &Hardware,
+) -> Result<LoopParameters, ParameterError> {
+    let motor = &personality.motor;
+    let amplifier = &personality.amplifier;
+    let poles = image.number(motor.poles);
+    let pole_pairs = match poles {
+        2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
+        _ => return Err(ParameterError::Poles(poles)),
+    };
+    let resolution = image.number(motor.encoder_resolution);
+    let counts_per_turn = match resolution {
+        2..=0xFF_FFFF => resolution as i32,
+        _ => return Err(ParameterError::EncoderResolution(resolution)),
+    };
+    let electrical_polarity = polarity(image.number(motor.electrical_polarity))?;
+    let user_polarity = match personality.axis.polarity {
+        Some(field) => polarity(image.number(field))?,
+        None => 1,
+    };
+    let frequency = image.number(amplifier.pwm_frequency_hz);
+    let timing = match u32::try_from(frequency) {
+        Ok(frequency_hz) if frequency_hz > 0 => PwmTiming {
+            frequency_hz,
+            periods_per_control: amplifier.pwm_per_control,
+        },
+        _ => return Err(ParameterError::PwmFrequency(frequency)),
+    };
+    // The objects are terminal to terminal, two phases in series.
+    let resistance = 0.5 * value(image, motor.terminal_resistance);
+    let inductance = 0.5 * value(image, motor.terminal_inductance);
+    let inertia = value(image, motor.rotor_inertia);
+    let torque_constant = value(image, motor.torque_constant);
+    let counts = counts_per_turn as f32;
+
+    let current = |objects: &LoopObjects| {
+        let (bandwidth, damping) = (
+            value(image, objects.bandwidth),
+            value(image, objects.damping),
+        );
+        // The manual speaks of bandwidth and damping; only this rule has a damping.
+        tuning::current(
+            Rule::SecondOrder,
+            bandwidth,
+            damping,
+            resistance,
+            inductance,
+        )
+    };
+    let gains = &amplifier.gains;
+    let velocity = tuning::velocity(
+        value(image, gains.velocity.bandwidth),
+        value(image, gains.velocity.damping),
+        inertia,
+        torque_constant,
+        counts,
+    )?;
+    let position = tuning::position(value(image, gains.position.bandwidth))?;
+
+    let least = |a: f32, b: Option<f32>| match b {
+        Some(b) if b < a => b,
+        _ => a,
+    };
+    let amplifier_a = value(image, amplifier.max_current);
+    let continuous_a = least(
+        value(image, motor.continuous_current),
+        limit(image, motor.user_continuous_current),
+    );
+    let peak_a = least(
+        value(image, motor.peak_current),
+        limit(image, motor.user_peak_current),
+    );
+    let peak_time_s = limit(image, motor.user_peak_time).unwrap_or(value(image, motor.peak_time));
+    let rated_torque = value(image, personality.axis.rated_torque_nm);
+    let [zero_a, zero_b] = amplifier.current_zero;
+
+    let parameters = Parameters {
+        period_s: timing.control_period_s(),
+        pwm_period_s: 1.0 / timing.frequency_hz as f32,
+        motor: Motor {
+            phase_resistance_ohm: resistance,
+            phase_inductance_h: inductance,
+            torque_constant_nm_per_a: torque_constant,
+            pole_pairs,
+        },
+        encoder: EncoderSettings {
+            counts_per_turn,
+            electrical_zero: image.number(motor.electrical_zero) as i32,
+            electrical_polarity,
+            user_polarity,
+            lag_s: value(image, motor.encoder_lag),
+            loop_cutoff: Cutoff::LOOP,
+            reported_cutoff: Cutoff::REPORTED,
+        },
+        stage: Stage {
+            scales: hardware.scales,
+            current_zero: [image.real(zero_a), image.real(zero_b)],
+            current_limit_a: amplifier_a,
+            duty_margin: hardware.duty_margin,
+        },
+        gains: Gains {
+            current_d: current(&gains.current_d)?,
+            current_q: current(&gains.current_q)?,
+            decoupling: 1.0,
+            emf_feed_forward: 1.0,
+            velocity,
+            velocity_integral_limit_a: amplifier_a,
+            speed_limit: velocity.kp,
+            position: tuning::Pi {
+                kp: position,
+                ki: 0.0,
+            },
+            position_integral_limit: 0.0,
+        },
+        i2t: I2t {
+            enabled: peak_a > 0.0 && continuous_a > 0.0,
+            literal: motor.i2t_is_literal,
+            continuous_a,
+            peak_a,
+            peak_time_s,
+        },
+    };
+    let amperes_per_pm = rated_torque / torque_constant * 1e-3;
+    Ok(LoopParameters {
+        parameters,
+        timing,
+        amperes_per_pm,
+        pm_per_ampere: torque_constant / rated_torque * 1e3,
+        amperes_per_acceleration: tuning::acceleration_current(inertia, torque_constant, counts)?,
+    })
+}
+
+fn polarity(value: i64) -> Result<i32, ParameterError> {
+    match value {
+        1 => Ok(1),
+        -1 => Ok(-1),
+        _ => Err(ParameterError::Polarity(value)),
+    }
+}

@@ -1,0 +1,70 @@
+//! From the loops' feedback into the dictionary, before an object is read or sampled.
+
+use canopen::Image;
+use cia402::Axis;
+use control::Feedback;
+use personalities::{AxisObjects, Scaled};
+
+/// Writes what the drive shows into the image.
+pub(crate) fn publish(
+    image: &mut Image<'_>,
+    objects: &AxisObjects,
+    axis: &Axis,
+    feedback: &Feedback<f32>,
+    pm_per_ampere: f32,
+) {
+    image.set(objects.statusword, axis.statusword().0);
+    image.set_number(objects.mode_display, i64::from(axis.mode_display()));
+    let shown = &objects.feedback;
+    count(image, shown.position, feedback.position);
+    real(image, shown.velocity, feedback.velocity_reported);
+    real(image, shown.torque, feedback.current_q_a * pm_per_ampere);
+    optional(image, shown.current_a, feedback.current_q_a);
+    if let Some(object) = shown.position_demand {
+        count(image, object, feedback.demand_position);
+    }
+    optional(image, shown.velocity_demand, feedback.demand_velocity);
+    optional(
+        image,
+        shown.torque_demand,
+        feedback.demand_current_a * pm_per_ampere,
+    );
+    optional(image, shown.following_error, feedback.following_error);
+    let velocity_error = feedback.demand_velocity - feedback.velocity_reported;
+    optional(image, shown.velocity_error, velocity_error);
+    optional(image, shown.bus_voltage_v, feedback.bus_voltage_v);
+    optional(image, shown.temperature_c, feedback.temperature_c);
+    if let Some(object) = shown.raw_encoder {
+        count(image, object, feedback.encoder);
+    }
+    for (object, adc) in shown.current_sense.iter().zip(feedback.phase_adc) {
+        optional(image, *object, adc);
+    }
+}
+
+fn optional(image: &mut Image<'_>, object: Option<Scaled>, value: f32) {
+    if let Some(object) = object {
+        real(image, object, value);
+    }
+}
+
+/// Rounded to the nearest unit of the object, held within its type.
+fn real(image: &mut Image<'_>, object: Scaled, value: f32) {
+    let units = value * object.per_unit;
+    // `as` saturates and makes 0 of what is not a number.
+    let rounded = if units < 0.0 {
+        units - 0.5
+    } else {
+        units + 0.5
+    } as i64;
+    image.set_number(object.field, rounded);
+}
+
+/// Counts wrap as the drive's position does.
+fn count(image: &mut Image<'_>, object: Scaled, value: i32) {
+    if object.scale == 1.0 {
+        image.set_raw(object.field, value as u32);
+    } else {
+        real(image, object, value as f32);
+    }
+}
