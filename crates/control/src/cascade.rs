@@ -1,0 +1,298 @@
+//! The whole control period: sensors, estimators, three loops, limits, modulation.
+
+use crate::current::CurrentLoop;
+use crate::demand::Demand;
+use crate::i2t::I2tSum;
+use crate::io::{Duty, Sample};
+use crate::motion::{MotionInput, MotionLoops};
+use crate::parameters::{Constants, Parameters};
+use crate::transform::{Frame, Rotor, clarke};
+use crate::velocity::Tracker;
+use crate::{Command, Feedback, Mask as _, Real, modulation};
+
+/// The supply is taken for at least this, V: it is divided by.
+const LEAST_BUS_V: f32 = 1.0;
+
+/// The controllers of one drive (or of a batch, one per lane): from sample to duty.
+///
+/// [`period`](Self::period) runs once per control period. It has no branch on values, and one
+/// division: by the supply voltage. Numbers that are not, in a sample, a parameter or a command,
+/// leave every duty within 0 and 1 and no trace in the state once they have gone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cascade<R: Real> {
+    constants: Constants<R>,
+    command: Command<R>,
+    demand: Demand<R>,
+    tracker: Tracker<R>,
+    motion: MotionLoops<R>,
+    current: CurrentLoop<R>,
+    i2t: I2tSum<R>,
+    /// The bridge was on in the last period.
+    was_enabled: R::Mask,
+    voltage_limited: R::Mask,
+    /// Velocity demand behind the filter that the velocity estimate has behind it: otherwise an
+    /// acceleration a would leave a following error of a·(filter delay)/Kp.
+    matched_velocity: R,
+    measured_a: Rotor<R>,
+    voltage_v: Rotor<R>,
+    angle: R::Count,
+    following_error: R,
+    shown: (R::Count, R),
+    /// Smoothed converter readings; the currents' as deviation from the nominal zero, where `f32`
+    /// is fine enough for a slow filter.
+    phase_adc: [R; 2],
+    bus_adc: R,
+    temperature_adc: R,
+    settled: R::Mask,
+}
+
+// A drive's share of the cache, and of a microcontroller's memory.
+const _: () = assert!(core::mem::size_of::<Cascade<f32>>() <= 512);
+
+impl<R: Real> Cascade<R> {
+    /// Bridge off, position to be taken from the first sample.
+    pub fn new(parameters: &Parameters<R>) -> Self {
+        let zero = R::splat(0.0);
+        let off = R::Mask::splat(false);
+        Self {
+            constants: Constants::of(parameters),
+            command: Command::idle(),
+            demand: Demand::of(&Command::idle()),
+            tracker: Tracker::new(),
+            motion: MotionLoops::new(),
+            current: CurrentLoop::new(),
+            i2t: I2tSum::new(),
+            was_enabled: off,
+            voltage_limited: off,
+            matched_velocity: zero,
+            measured_a: Rotor { d: zero, q: zero },
+            voltage_v: Rotor { d: zero, q: zero },
+            angle: R::count(0),
+            following_error: zero,
+            shown: (R::count(0), zero),
+            phase_adc: [zero; 2],
+            bus_adc: zero,
+            temperature_adc: zero,
+            settled: off,
+        }
+    }
+
+    /// Takes other parameters and keeps all state: integrators hold volts, amperes and counts/s,
+    /// so a change of gains makes no bump of its own. A change of the user's direction negates
+    /// position, velocity and demand. I²t keeps its energy as the same part of Ip²·period.
+    pub fn set_parameters(&mut self, parameters: &Parameters<R>) {
+        let before = R::of_count(self.constants.user_polarity);
+        self.constants = Constants::of(parameters);
+        let turned = (before * R::of_count(self.constants.user_polarity)).lt(R::splat(0.0));
+        self.tracker.reverse(turned);
+        self.demand.reverse(turned);
+        self.motion.reverse(turned);
+        self.matched_velocity = R::select(turned, -self.matched_velocity, self.matched_velocity);
+    }
+
+    /// Takes a segment; it starts with the next period. With the one that enables the bridge, a
+    /// closed position loop starts at the actual position whatever the command says, and the
+    /// integrators start without a bump; the next segment's position counts.
+    pub fn load(&mut self, command: &Command<R>) {
+        // A limit that is negative or not a number lets nothing pass.
+        let zero = R::splat(0.0);
+        let bound = |limit: R| R::select(zero.lt(limit), limit, zero);
+        self.command = Command {
+            velocity_offset: command.velocity_offset.sane(),
+            current_limit: bound(command.current_limit),
+            velocity_limit: bound(command.velocity_limit),
+            ..*command
+        };
+        self.demand = Demand::of(command);
+    }
+
+    /// Changes the limits of the command in force; its segment goes on.
+    pub fn set_limits(&mut self, limits: &crate::Limits<R>) {
+        self.command.current_limit = limits.current_a;
+        self.command.velocity_limit = limits.velocity;
+    }
+
+    /// Gives the present position another name (0x6064 written). The demand moves along, so the
+    /// axis does not.
+    pub fn preset_position(&mut self, position: R::Count) {
+        let offset = R::count_sub(position, self.tracker.position());
+        self.demand.shift(offset);
+        self.shown.0 = R::count_add(self.shown.0, offset);
+        self.tracker.preset(position);
+    }
+
+    /// One control period: what the sensors say at its start, and what the bridge shall do.
+    #[inline]
+    pub fn period(&mut self, sample: &Sample<R>) -> Duty<R> {
+        let c = &self.constants;
+        let zero = R::splat(0.0);
+        let enabled = self.command.enabled;
+        let source = &self.command.frame;
+
+        // Where the rotor is, and how fast.
+        self.tracker.update(&c.encoder, sample.encoder);
+        let velocity = self.tracker.velocity();
+        let from_zero = R::count_sub(sample.encoder, c.electrical_zero);
+        let rotor = R::count_mul(from_zero, c.angle_per_count);
+        let advanced = |advance: R| {
+            let angle = R::count_add(rotor, (velocity * advance).to_count());
+            R::count_select(source.angle_given, source.angle, angle)
+        };
+        let at_sample = Frame::<R>::at(advanced(c.sample_advance));
+        let angle = advanced(c.apply_advance);
+        let at_apply = Frame::<R>::at(angle);
+
+        // What flows.
+        let scale = R::splat(c.scales.current_a);
+        let [a, b] = sample.phase_adc;
+        let [zero_a, zero_b] = c.current_zero;
+        let actual = at_sample.park(clarke((a - zero_a) * scale, (b - zero_b) * scale));
+        // The user's direction has no meaning in a frame given from outside.
+        let sign = R::select(source.angle_given, R::splat(1.0), c.torque_sign);
+
+        // What shall flow.
+        let starts = enabled & !self.was_enabled;
+        let closed = enabled & self.command.position_loop;
+        self.demand
+            .follow(!closed | starts, self.tracker.position());
+        let lag = R::count_sub(self.demand.position, self.tracker.position());
+        self.following_error = R::of_count(lag) + self.demand.fraction;
+        self.shown = (self.demand.position, self.demand.fraction);
+        let limit = self
+            .command
+            .current_limit
+            .least(c.amplifier_limit_a)
+            .least(self.i2t.limit(&c.i2t));
+        let closed_velocity = enabled & (self.command.position_loop | self.command.velocity_loop);
+        let ahead = self.demand.velocity - self.matched_velocity;
+        let matched = (self.matched_velocity + self.tracker.part() * ahead).sane();
+        self.matched_velocity = R::select(closed_velocity, matched, velocity);
+        let unrealised = self.motion.demand_current - sign * actual.q;
+        self.motion.period(
+            &c.motion,
+            &MotionInput {
+                position_loop: closed,
+                velocity_loop: closed_velocity,
+                following_error: self.following_error,
+                velocity_demand: self.matched_velocity + self.command.velocity_offset,
+                velocity,
+                current_demand: self.demand.current,
+                velocity_limit: self.command.velocity_limit,
+                current_limit: limit,
+                unrealised: R::select(self.voltage_limited, unrealised, zero),
+            },
+        );
+        let driven = enabled & !source.voltage_given;
+        self.motion.release(!driven);
+        self.i2t.add(
+            &c.i2t,
+            R::select(
+                enabled & source.voltage_given,
+                actual.d * actual.d + actual.q * actual.q,
+                self.motion.demand_current * self.motion.demand_current,
+            ),
+        );
+
+        // The voltage for it.
+        let bus_v = (sample.bus_adc * R::splat(c.scales.voltage_v)).greatest(R::splat(LEAST_BUS_V));
+        let radius_v = modulation::radius(bus_v, c.duty_margin);
+        let (by_loop, limited) = self.current.period(
+            &c.current,
+            Rotor {
+                d: zero,
+                q: sign * self.motion.demand_current,
+            },
+            actual,
+            velocity * c.electrical_rad_per_count,
+            radius_v,
+            driven,
+        );
+        let given = Rotor {
+            d: source.voltage_d_v,
+            q: source.voltage_q_v,
+        };
+        let (given, given_limited) = modulation::inside_circle(given, radius_v);
+        let pick = |given: R, by_loop: R| {
+            let voltage = R::select(source.voltage_given, given, by_loop);
+            R::select(enabled, voltage, zero)
+        };
+        let voltage = Rotor {
+            d: pick(given.d, by_loop.d),
+            q: pick(given.q, by_loop.q),
+        };
+        let duty = modulation::duties(
+            at_apply.unpark(voltage),
+            R::splat(1.0) / bus_v,
+            c.duty_margin,
+            enabled,
+        );
+
+        // What is left behind.
+        self.voltage_limited =
+            (driven & limited) | (enabled & source.voltage_given & given_limited);
+        self.was_enabled = enabled;
+        self.measured_a = Rotor {
+            d: actual.d,
+            q: sign * actual.q,
+        };
+        self.voltage_v = voltage;
+        self.angle = angle;
+        self.smooth(sample);
+        self.demand.advance(self.constants.period_s);
+        duty
+    }
+
+    /// Slow filters of the converters. They start at their first reading.
+    #[inline(always)]
+    fn smooth(&mut self, sample: &Sample<R>) {
+        let c = &self.constants;
+        let zero = R::splat(0.0);
+        let nominal = R::splat(c.scales.current_zero);
+        let filter = |state: R, input: R, part: R| {
+            let next = state + part * (input - state);
+            let next = R::select(self.settled, next, input);
+            // Far beyond any converter: not a reading, and slow to forget.
+            R::select(next.abs().lt(R::splat(1e5)), next, zero)
+        };
+        let [a, b] = sample.phase_adc;
+        let [state_a, state_b] = self.phase_adc;
+        self.phase_adc = [
+            filter(state_a, a - nominal, c.phase_adc_part),
+            filter(state_b, b - nominal, c.phase_adc_part),
+        ];
+        self.bus_adc = filter(self.bus_adc, sample.bus_adc, c.slow_part);
+        self.temperature_adc = filter(self.temperature_adc, sample.temperature_adc, c.slow_part);
+        self.settled = R::Mask::splat(true);
+    }
+
+    /// The state after the last period, in units. Made when asked for.
+    pub fn feedback(&self) -> Feedback<R> {
+        let c = &self.constants;
+        let nominal = R::splat(c.scales.current_zero);
+        let [adc_a, adc_b] = self.phase_adc;
+        let (demand_position, demand_fraction) = self.shown;
+        Feedback {
+            position: self.tracker.position(),
+            velocity: self.tracker.velocity(),
+            velocity_reported: self.tracker.reported(),
+            current_q_a: self.measured_a.q,
+            current_d_a: self.measured_a.d,
+            demand_position,
+            demand_fraction,
+            following_error: self.following_error,
+            demand_velocity: self.motion.demand_velocity,
+            demand_current_a: self.motion.demand_current,
+            voltage_v: [self.voltage_v.d, self.voltage_v.q],
+            electrical_angle: self.angle,
+            bus_voltage_v: self.bus_adc * R::splat(c.scales.voltage_v),
+            temperature_c: self.temperature_adc * R::splat(c.scales.temperature_k)
+                + R::splat(c.scales.temperature_zero_c),
+            encoder: self.tracker.raw(),
+            phase_adc: [adc_a + nominal, adc_b + nominal],
+            current_limited: self.motion.current_limited,
+            velocity_limited: self.motion.velocity_limited,
+            voltage_limited: self.voltage_limited,
+            i2t_active: self.i2t.active(),
+        }
+    }
+}
