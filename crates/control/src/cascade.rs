@@ -8,7 +8,7 @@ use crate::motion::{MotionInput, MotionLoops};
 use crate::parameters::{Constants, Parameters};
 use crate::transform::{Frame, Rotor, clarke};
 use crate::velocity::Tracker;
-use crate::{Command, Feedback, Mask as _, Real, modulation};
+use crate::{Command, Feedback, Limits, Mask as _, Real, modulation};
 
 /// The supply is taken for at least this, V: it is divided by.
 const LEAST_BUS_V: f32 = 1.0;
@@ -94,22 +94,24 @@ impl<R: Real> Cascade<R> {
     /// closed position loop starts at the actual position whatever the command says, and the
     /// integrators start without a bump; the next segment's position counts.
     pub fn load(&mut self, command: &Command<R>) {
-        // A limit that is negative or not a number lets nothing pass.
-        let zero = R::splat(0.0);
-        let bound = |limit: R| R::select(zero.lt(limit), limit, zero);
         self.command = Command {
             velocity_offset: command.velocity_offset.sane(),
-            current_limit: bound(command.current_limit),
-            velocity_limit: bound(command.velocity_limit),
             ..*command
         };
+        self.set_limits(&Limits {
+            current_a: command.current_limit,
+            velocity: command.velocity_limit,
+        });
         self.demand = Demand::of(command);
     }
 
     /// Changes the limits of the command in force; its segment goes on.
-    pub fn set_limits(&mut self, limits: &crate::Limits<R>) {
-        self.command.current_limit = limits.current_a;
-        self.command.velocity_limit = limits.velocity;
+    pub fn set_limits(&mut self, limits: &Limits<R>) {
+        // A limit that is negative or not a number lets nothing pass.
+        let zero = R::splat(0.0);
+        let bound = |limit: R| R::select(zero.lt(limit), limit, zero);
+        self.command.current_limit = bound(limits.current_a);
+        self.command.velocity_limit = bound(limits.velocity);
     }
 
     /// Gives the present position another name (0x6064 written). The demand moves along, so the

@@ -3,7 +3,7 @@
 mod rig;
 
 use control::velocity::Cutoff;
-use control::{Command, Parameters};
+use control::{Command, Limits, Parameters};
 use rig::*;
 
 fn velocity(counts_per_s: f32, current_limit: f32) -> Command<f32> {
@@ -353,4 +353,35 @@ fn i2t_takes_the_current_back() {
     assert_eq!(feedback.demand_current_a, 0.716);
     assert!(feedback.current_limited);
     assert!((rig.rotor_current().1 - 0.716).abs() < 0.01);
+}
+
+/// Other limits in the middle of a segment: it goes on, and a limit that is no number stops it.
+#[test]
+fn limits_change_while_a_segment_goes_on() {
+    let mut rig = Rig::new(&defaults());
+    rig.cascade.load(&Command {
+        enabled: true,
+        current: 0.1,
+        current_slope: 100.0,
+        periods: 200,
+        ..Command::idle()
+    });
+    rig.locked = true;
+    for (current_a, demand) in [(0.05, 0.05), (1.0, 0.1 + 100.0 * 39.0 * 50e-6)] {
+        rig.cascade.set_limits(&Limits {
+            current_a,
+            velocity: f32::MAX,
+        });
+        rig.run(0.001);
+        let got = rig.cascade.feedback().demand_current_a;
+        assert!((got - demand).abs() < 1e-5, "{got} {demand}");
+    }
+    for broken in [f32::NAN, -1.0] {
+        rig.cascade.set_limits(&Limits {
+            current_a: broken,
+            velocity: f32::MAX,
+        });
+        rig.period();
+        assert_eq!(rig.cascade.feedback().demand_current_a, 0.0);
+    }
 }
