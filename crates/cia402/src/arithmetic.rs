@@ -69,9 +69,13 @@ pub(crate) fn magnitude(x: f32) -> f64 {
     }
 }
 
-/// A measured value; NaN and infinities count as 0.
+/// A measured value within ±[`AT_ONCE`]; NaN counts as 0.
 pub(crate) fn measured(x: f32) -> f64 {
-    if x.is_finite() { f64::from(x) } else { 0.0 }
+    if x.is_nan() {
+        0.0
+    } else {
+        within(f64::from(x), -AT_ONCE, AT_ONCE)
+    }
 }
 
 #[cfg(test)]

@@ -254,8 +254,9 @@ pub enum Target {
     Torque,
 }
 
-/// What the control half knows. The demand values are those at the moment of the call: where the
-/// interpolation stands, without offsets.
+/// What the control half knows. The demand values are those that the next control boundary would
+/// use if no new demand came, without offsets ([`crate::Demand::at`]): a new segment begins there,
+/// so that neither position nor velocity jumps. At its very end a segment still has its slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Actual {
     /// Actual position, counts (0x6064).

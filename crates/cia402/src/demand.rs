@@ -68,7 +68,8 @@ impl Demand {
     /// The values `elapsed_ns` after the start: what the control half's interpolation approximates.
     pub fn at(&self, elapsed_ns: u32) -> Point {
         let time = |duration: u32| f64::from(elapsed_ns.min(duration)) * 1e-9;
-        let running = |duration: u32| elapsed_ns < duration;
+        // At its very end a segment still has its slope; only a late successor finds it at rest.
+        let running = |duration: u32| elapsed_ns <= duration;
         match *self {
             Demand::Off | Demand::Idle => Point::default(),
             Demand::Torque {

@@ -124,8 +124,16 @@ impl Rig {
         }
     }
 
+    /// A millisecond tick alone.
+    pub(crate) fn tick(&mut self) {
+        self.axis
+            .tick(&self.configuration, &self.targets, &self.actual);
+        self.fetch();
+    }
+
     fn fetch(&mut self) {
         if let Some(demand) = self.axis.take_demand() {
+            self.unwrapped = self.sample().position;
             if let Demand::Position {
                 start, fraction, ..
             } = demand
@@ -145,9 +153,35 @@ impl Rig {
     pub(crate) fn period(&mut self) {
         self.elapsed_ns += u64::from(PERIOD_NS);
         self.now_ns += u64::from(PERIOD_NS);
+        if let Demand::Velocity { .. } = self.demand
+            && !self.stuck
+        {
+            // Trapezoidal rule: exact within a segment.
+            let mean = 0.5 * (f64::from(self.actual.demand_velocity) + self.sample().velocity);
+            self.unwrapped += mean * f64::from(PERIOD_NS) * 1e-9;
+        }
         self.settle();
         let sample = self.sample();
         self.trace.push(sample);
+        // The crate's own evaluation agrees with this one.
+        let point = self
+            .demand
+            .at(self.elapsed_ns.min(u64::from(u32::MAX)) as u32);
+        if let Demand::Position { .. } = self.demand {
+            let whole = sample.position.floor();
+            let off = f64::from(point.position.wrapping_sub(whole as i64 as i32))
+                + f64::from(point.fraction)
+                - (sample.position - whole);
+            assert!(off.abs() < 1e-3, "{sample:?} {point:?}");
+        }
+        if !matches!(self.demand, Demand::Off | Demand::Idle) {
+            let off = f64::from(point.velocity) - sample.velocity;
+            assert!(
+                off.abs() <= 1e-6 * sample.velocity.abs() + 1e-3,
+                "{sample:?} {point:?}"
+            );
+            assert!((f64::from(point.torque_pm) - sample.torque_pm).abs() < 1e-3);
+        }
     }
 
     /// The demand's value now.
@@ -155,7 +189,7 @@ impl Rig {
         let time = |duration: u32| {
             (
                 self.elapsed_ns.min(u64::from(duration)) as f64 * 1e-9,
-                self.elapsed_ns < u64::from(duration),
+                self.elapsed_ns <= u64::from(duration),
             )
         };
         match self.demand {
@@ -226,7 +260,6 @@ impl Rig {
             Demand::Velocity { .. } => {
                 self.actual.demand_velocity = sample.velocity as f32;
                 if !self.stuck {
-                    self.unwrapped += sample.velocity * f64::from(PERIOD_NS) * 1e-9;
                     self.actual.position = self.unwrapped.floor() as i64 as i32;
                     self.actual.velocity = sample.velocity as f32;
                 }
