@@ -20,7 +20,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 /// No frame follows the answer that puts a client on the bus before this time is over, or before
 /// it sends something: python-can compares all it receives at once with that answer.
-const AFTER_JOIN: Duration = Duration::from_millis(50);
+const AFTER_JOIN: Duration = Duration::from_millis(100);
 
 /// Keeps all doors until they are closed.
 pub(super) async fn keep(

@@ -147,7 +147,7 @@ pub enum LeaveReason {
     #[error("the connection broke: {0}")]
     Broken(ErrorKind),
     /// There are as many clients as may be.
-    #[error("{0} clients are connected already")]
+    #[error("{0} clients are connected already, which is all there may be")]
     Crowded(usize),
     /// The doors are being closed.
     #[error("the bus is closing")]
@@ -457,8 +457,12 @@ fn farewell(protocol: Protocol, reason: &LeaveReason) -> Text {
         (_, LeaveReason::Disconnected | LeaveReason::Broken(_) | LeaveReason::Closing) => {
             Text::Borrowed(b"")
         }
-        (Protocol::Socketcand, reason) => socketcand::error(&reason.to_string()),
         (Protocol::Slcan, _) => Text::Borrowed(&[can::slcan::REFUSED]),
+        (Protocol::Socketcand, LeaveReason::Protocol(why)) => socketcand::error(why),
+        (Protocol::Socketcand, LeaveReason::TooSlow { waiting }) => socketcand::error(&format!(
+            "you read too slowly, {waiting} frames were waiting"
+        )),
+        (Protocol::Socketcand, reason) => socketcand::error(&reason.to_string()),
     }
 }
 
