@@ -494,3 +494,87 @@ fn an_axis_is_small() {
         core::mem::size_of::<cia402::Axis>()
     );
 }
+
+#[test]
+fn segments_keep_the_limits_where_the_profile_bends() {
+    let mut random = Random(402);
+    for case in 0..300 {
+        let mut rig = Rig::enabled(&STANDARD, Mode::PROFILE_POSITION);
+        let v = random.scaled(100.0, 50_000.0) as f32;
+        let (a, d) = (
+            random.scaled(5e4, 5e7) as f32,
+            random.scaled(5e4, 5e7) as f32,
+        );
+        rig.configuration.profile_velocity = v;
+        rig.configuration.acceleration = a;
+        rig.configuration.deceleration = d;
+        let target = (random.sign() * random.scaled(1.0, 3000.0)) as i32;
+        rig.targets.position = target;
+        rig.word(0x1F);
+        let (mut ends, mut before) = (0, Demand::Off);
+        while rig.status() & REACHED == 0 && ends < 40_000 {
+            rig.run_ms(1);
+            ends += 1;
+            if let (
+                Demand::Position { .. },
+                Demand::Position {
+                    velocity,
+                    acceleration,
+                    ..
+                },
+            ) = (before, rig.demand)
+            {
+                let start = f64::from(velocity);
+                let end = start + f64::from(acceleration) * 1e-3;
+                let top = f64::from(v) * 1.000_001 + 1e-3;
+                assert!(
+                    start.abs() <= top && end.abs() <= top,
+                    "case {case}: {:?}",
+                    rig.demand
+                );
+                // Never back, and never a rate beyond both.
+                let sign = f64::from(target.signum());
+                assert!(
+                    start * sign >= -1e-2 && end * sign >= -1e-2,
+                    "case {case}: {:?}",
+                    rig.demand
+                );
+                let rate = f64::from(a).max(f64::from(d)) * 1.000_001 + 1.0;
+                assert!(
+                    f64::from(acceleration).abs() <= rate,
+                    "case {case}: {:?}",
+                    rig.demand
+                );
+            }
+            before = rig.demand;
+        }
+        assert_eq!(rig.sample().position, f64::from(target), "case {case}");
+    }
+}
+
+#[test]
+fn a_mode_change_clears_the_mode_specific_bits_at_once() {
+    // P3 l.474: 10, 12 and 13.
+    let mut rig = Rig::enabled(&P3, Mode::CYCLIC_POSITION);
+    rig.configuration.following_warning = Some(Window {
+        size: 10,
+        time_ms: 0,
+    });
+    rig.lag = 11;
+    rig.targets.position = 50;
+    rig.receive(Target::Position);
+    rig.run_ms(3);
+    assert_eq!(rig.status() & 0x3400, FOLLOWING_ERROR | BIT_12);
+    rig.mode(Mode::PROFILE_POSITION).expect("mode 1");
+    assert_eq!(rig.status() & 0x3400, 0);
+    assert!(!rig.axis.conditions().following_warning);
+    rig.run_ms(1);
+    assert_eq!(rig.status() & 0x3400, FOLLOWING_ERROR);
+    rig.lag = 0;
+    rig.word(0x1F);
+    rig.run_ms(3);
+    assert_eq!(rig.status() & 0x3400, REACHED | BIT_12);
+    rig.mode(Mode::IDLE).expect("mode 0");
+    assert_eq!(rig.status() & 0x3400, 0);
+    assert_eq!(rig.demand, Demand::Idle);
+}
