@@ -350,3 +350,38 @@ fn the_standard_follows_from_the_first_set_point_after_enabling() {
     rig.run_ms(1);
     assert_eq!(rig.sample().position, 1000.0);
 }
+
+#[test]
+fn several_writes_may_come_before_the_demand_is_taken() {
+    // One RPDO with controlword, mode and target: what the control half said of its demand is old.
+    let mut axis = cia402::Axis::new(&P3);
+    axis.initialised();
+    let configuration = cia402::Configuration::default();
+    let targets = cia402::Targets {
+        position: 1100,
+        ..Default::default()
+    };
+    let actual = cia402::Actual {
+        position: 1000,
+        demand_position: -777,
+        demand_fraction: 0.5,
+        demand_velocity: 1e6,
+        ..Default::default()
+    };
+    axis.write_controlword(0x06, &configuration, &targets, &actual);
+    axis.write_controlword(0x0F, &configuration, &targets, &actual);
+    axis.write_mode(8, &configuration, &targets, &actual)
+        .expect("mode 8");
+    axis.set_point(Target::Position, &configuration, &targets, &actual);
+    let expected = Demand::Position {
+        start: 1000,
+        fraction: 0.0,
+        velocity: 100_000.0,
+        acceleration: 0.0,
+        velocity_offset: 0.0,
+        torque_offset_pm: 0.0,
+        duration_ns: 1_000_000,
+    };
+    assert_eq!(axis.take_demand(), Some(expected));
+    assert_eq!(axis.take_demand(), None);
+}
