@@ -1,1 +1,25 @@
-//! client
+//! The master's side of a CANopen bus: SDO access, NMT, finding nodes, putting frames into words,
+//! and playing transcripts.
+//!
+//! Nothing here opens a socket or reads a clock. Everything is written once over a [`Link`], which
+//! may be a simulated bus in virtual time or a real interface. Start with [`Client`]; a monitor
+//! starts with [`decode::Decoder`], a test with [`transcript::Transcript`].
+//!
+//! Only expedited SDO transfers (up to four bytes) are offered yet; a server that begins a
+//! segmented one gets an abort and the caller [`sdo::Cause::NotExpedited`].
+
+mod block_on;
+mod client;
+pub mod decode;
+mod link;
+mod nmt;
+pub mod scan;
+pub mod sdo;
+pub mod transcript;
+mod value;
+
+pub use block_on::block_on;
+pub use client::{Client, RequestForm, Settings};
+pub use link::{Link, LinkError, Observed, Seen, Way};
+pub use nmt::{BootUp, WaitError};
+pub use value::{Value, ValueError};
