@@ -1,7 +1,7 @@
 //! The current loop: two PI controllers in the rotor's frame.
 
+use crate::Real;
 use crate::transform::Rotor;
-use crate::{Real, modulation};
 
 /// What the current loop needs of the motor, the stage and the tuning.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,47 +51,47 @@ impl<R: Real> CurrentLoop<R> {
         }
     }
 
-    /// One control period: the voltage to apply for a demanded and a measured current, held inside
-    /// the circle of `radius_v`; and whether that limited it.
-    ///
-    /// v = Kp·e + I + feed-forward, then I += Ki·Ts·e + back·(realised − v). The integrator moves
-    /// after its use (forward Euler): of the discretisations this one tolerates most delay. Where
-    /// `running` is false the integrators are preset to the back-EMF at `speed_rad_per_s` (electrical),
-    /// so that enabling at speed starts without a current surge, and the result is of no meaning.
+    /// The voltage for a demanded and a measured current, V, before its limit:
+    /// Kp·e + I + feed-forward. The speed is the electrical one.
     #[inline(always)]
-    pub fn period(
-        &mut self,
+    pub fn wanted(
+        &self,
         gains: &CurrentGains<R>,
-        demand_a: Rotor<R>,
+        error_a: Rotor<R>,
         actual_a: Rotor<R>,
         speed_rad_per_s: R,
-        radius_v: R,
-        running: R::Mask,
-    ) -> (Rotor<R>, R::Mask) {
-        let error_d = demand_a.d - actual_a.d;
-        let error_q = demand_a.q - actual_a.q;
+    ) -> Rotor<R> {
         let coupling = speed_rad_per_s * gains.decoupling_h;
         let forward = speed_rad_per_s * gains.feed_forward_v_s;
-        let d = gains.d_kp_v_per_a * error_d + self.integral_v.d - coupling * actual_a.q;
-        let q = gains.q_kp_v_per_a * error_q + self.integral_v.q + coupling * actual_a.d + forward;
-        let wanted = Rotor {
+        let d = gains.d_kp_v_per_a * error_a.d + self.integral_v.d - coupling * actual_a.q;
+        let q =
+            gains.q_kp_v_per_a * error_a.q + self.integral_v.q + coupling * actual_a.d + forward;
+        Rotor {
             d: d.sane(),
             q: q.sane(),
-        };
-        let (realised, limited) = modulation::inside_circle(wanted, radius_v);
+        }
+    }
 
-        let d = self.integral_v.d
-            + gains.d_ki_v_per_a * error_d
-            + gains.d_back * (realised.d - wanted.d);
-        let q = self.integral_v.q
-            + gains.q_ki_v_per_a * error_q
-            + gains.q_back * (realised.q - wanted.q);
-        let preset = speed_rad_per_s * gains.flux_v_s - forward;
+    /// Ends the control period: I += Ki·Ts·e + back·(realised − wanted). The integrator moves after
+    /// its use (forward Euler): of the discretisations this one tolerates most delay. Where
+    /// `running` is false it is preset to the back-EMF, so that enabling at speed starts without a
+    /// current surge.
+    #[inline(always)]
+    pub fn settle(
+        &mut self,
+        gains: &CurrentGains<R>,
+        error_a: Rotor<R>,
+        unrealised_v: Rotor<R>,
+        speed_rad_per_s: R,
+        running: R::Mask,
+    ) {
+        let d = self.integral_v.d + gains.d_ki_v_per_a * error_a.d - gains.d_back * unrealised_v.d;
+        let q = self.integral_v.q + gains.q_ki_v_per_a * error_a.q - gains.q_back * unrealised_v.q;
+        let preset = speed_rad_per_s * (gains.flux_v_s - gains.feed_forward_v_s);
         self.integral_v = Rotor {
             d: R::select(running, d, R::splat(0.0)).sane(),
             q: R::select(running, q, preset).sane(),
         };
-        (realised, limited)
     }
 }
 

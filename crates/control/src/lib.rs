@@ -3,6 +3,13 @@
 //! One source serves a microcontroller, one virtual drive and a vectorised batch of drives: every
 //! formula is generic over [`Real`], which is `f32` here. Nothing allocates, reads a clock or does
 //! I/O; sine, cosine and square root are our own, so results are the same on every machine.
+//!
+//! [`Cascade`] is the whole: it takes a [`Command`] every millisecond or so, an [`io::Sample`] every
+//! control period, and gives an [`io::Duty`]. In the order of the signal it is made of [`velocity`]
+//! (position and velocity from the encoder), [`transform`] and [`trig`] (the rotor's frame),
+//! [`motion`] (position and velocity loop), [`mod@i2t`] (thermal limit), [`current`] (current loop)
+//! and [`modulation`]. [`tuning`] makes the gains. Currents and voltages are amplitudes of the phase
+//! quantity; positions are encoder counts.
 #![no_std]
 #![cfg_attr(
     not(test),

@@ -17,12 +17,16 @@ use crate::transform::{Rotor, Stator, phases};
 /// 1/√3: radius of the linear range in supply voltages.
 pub const LINEAR_RANGE: f32 = 0.577_350_27;
 
-/// The longest realisable vector, V, at a supply of `bus_voltage_v` and duties held between
-/// `duty_margin` and 1 − `duty_margin`.
-#[inline(always)]
-pub fn radius<R: Real>(bus_voltage_v: R, duty_margin: R) -> R {
-    let span = R::splat(1.0) - duty_margin - duty_margin;
-    bus_voltage_v * span * R::splat(LINEAR_RANGE)
+/// How far duties may go from one half when they are held between `duty_margin` and
+/// 1 − `duty_margin`: a number from 0 to ½, whatever the margin is.
+pub fn reach<R: Real>(duty_margin: R) -> R {
+    let half = R::splat(0.5);
+    (half - duty_margin).least(half).greatest(R::splat(0.0))
+}
+
+/// The longest realisable vector in supply voltages, for a [`reach`] of the duties.
+pub fn radius<R: Real>(reach: R) -> R {
+    reach * R::splat(2.0 * LINEAR_RANGE)
 }
 
 /// A voltage vector held inside the circle of `radius_v`, the d axis first; and whether it had to
@@ -38,13 +42,13 @@ pub fn inside_circle<R: Real>(wanted: Rotor<R>, radius_v: R) -> (Rotor<R>, R::Ma
     (Rotor { d, q }, !kept)
 }
 
-/// The duties that make a stator voltage vector at a supply of 1/`inverse_bus_per_v`, each held
-/// between `duty_margin` and 1 − `duty_margin`, and the latter between 0 and 1, whatever comes in.
+/// The duties that make a stator voltage vector at a supply of 1/`inverse_bus_per_v`, each within
+/// [`reach`] of one half, whatever the voltage and the supply are.
 #[inline(always)]
 pub fn duties<R: Real>(
     voltage_v: Stator<R>,
     inverse_bus_per_v: R,
-    duty_margin: R,
+    reach: R,
     enabled: R::Mask,
 ) -> Duty<R> {
     let [a, b, c] = phases(voltage_v);
@@ -52,8 +56,6 @@ pub fn duties<R: Real>(
     let least = a.least(b).least(c);
     let half = R::splat(0.5);
     let shift = (greatest + least) * half;
-    // `within` yields to its limit: first the reach is made a number from 0 to ½, then the duty.
-    let reach = (half - duty_margin).least(half).greatest(R::splat(0.0));
     let duty = |phase: R| ((phase - shift) * inverse_bus_per_v).within(reach) + half;
     Duty {
         phase: [duty(a), duty(b), duty(c)],
@@ -70,13 +72,13 @@ mod tests {
 
     fn realised(vector: Rotor<f32>, angle: i32, margin: f32) -> [f32; 3] {
         let stator = Frame::<f32>::at(angle).unpark(vector);
-        duties(stator, 1.0 / BUS_V, margin, true).phase
+        duties(stator, 1.0 / BUS_V, reach(margin), true).phase
     }
 
     #[test]
     fn line_voltages_are_reproduced_over_the_whole_circle() {
         for margin in [0.0, 0.05] {
-            let radius = radius(BUS_V, margin);
+            let radius = BUS_V * radius(reach(margin));
             for step in 0..720 {
                 let angle = (step as u32).wrapping_mul(5_965_232) as i32;
                 for part in [0.0, 0.3, 0.77, 0.999_99] {
@@ -108,7 +110,7 @@ mod tests {
     #[test]
     fn the_circle_touches_the_ends_of_the_duty_range() {
         // A vector of Vbus/√3 pointing between two phases uses the whole supply: 0 and 1.
-        let radius = radius(BUS_V, 0.0);
+        let radius = BUS_V * radius(reach(0.0_f32));
         assert!((radius - 27.712_812).abs() < 1e-5);
         let twelfth = 357_913_941; // 30 degrees
         let duty = realised(Rotor { d: radius, q: 0.0 }, twelfth, 0.0);
@@ -168,7 +170,7 @@ mod tests {
             for beta in odd {
                 for inverse in odd {
                     for margin in odd {
-                        let duty = duties(Stator { alpha, beta }, inverse, margin, true);
+                        let duty = duties(Stator { alpha, beta }, inverse, reach(margin), true);
                         for phase in duty.phase {
                             assert!((0.0..=1.0).contains(&phase), "{phase}");
                         }

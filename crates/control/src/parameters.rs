@@ -1,12 +1,12 @@
 //! Everything that the loops need to know beforehand, and what is computed from it once.
 
-use crate::Real;
 use crate::current::CurrentGains;
 use crate::i2t::{I2t, I2tLimits};
 use crate::io::Scales;
 use crate::motion::MotionGains;
 use crate::tuning::Pi;
 use crate::velocity::{Cutoff, Encoder};
+use crate::{Real, modulation};
 
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,10 @@ pub(crate) struct Constants<R: Real> {
     pub(crate) scales: Scales,
     pub(crate) current_zero: [R; 2],
     pub(crate) amplifier_limit_a: R,
-    pub(crate) duty_margin: R,
+    /// How far duties go from one half.
+    pub(crate) reach: R,
+    /// Longest realisable vector, supply voltages.
+    pub(crate) radius: R,
 
     pub(crate) electrical_zero: R::Count,
     pub(crate) user_polarity: R::Count,
@@ -157,6 +160,7 @@ impl<R: Real> Constants<R> {
         let flux_v_s = p.motor.torque_constant_nm_per_a / (R::splat(1.5) * pole_pairs);
         let applied = e.lag_s + p.pwm_period_s + R::splat(0.5) * p.period_s;
 
+        let reach = modulation::reach(p.stage.duty_margin);
         let g = &p.gains;
         let d_ki = g.current_d.ki * p.period_s;
         let q_ki = g.current_q.ki * p.period_s;
@@ -165,7 +169,8 @@ impl<R: Real> Constants<R> {
             scales: p.stage.scales,
             current_zero: p.stage.current_zero,
             amplifier_limit_a: p.stage.current_limit_a,
-            duty_margin: p.stage.duty_margin,
+            reach,
+            radius: modulation::radius(reach),
             electrical_zero: e.electrical_zero,
             user_polarity: e.user_polarity,
             angle_per_count: angle,

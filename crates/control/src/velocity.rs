@@ -41,16 +41,15 @@ impl Cutoff<f32> {
     };
 }
 
-/// 1 − exp(−x) for x held between 0 and 1, within 0.0024: the part of the way that a low-pass
-/// filter of cutoff ω goes in a period Ts = x/ω. A cubic, so that nothing is looked up or divided.
+/// 1 − exp(−x) for x between 0 and 1, within 0.0024: the part of the way that a low-pass filter of
+/// cutoff ω goes in a period Ts = x/ω. A cubic, so that nothing is looked up or divided.
 #[inline(always)]
-pub(crate) fn approach<R: Real>(x: R) -> R {
+fn approach<R: Real>(x: R) -> R {
     let one = R::splat(1.0);
-    let x = x.least(one).greatest(R::splat(0.0));
     x * (one - x * (R::splat(0.5) - x * R::splat(0.1344)))
 }
 
-/// A [`Cutoff`] in the units of the period: 2π·f·Ts.
+/// A [`Cutoff`] in the units of the period: 2π·f·Ts. Floor and ceiling are held between 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Steps<R: Real> {
     floor: R,
@@ -61,9 +60,10 @@ struct Steps<R: Real> {
 impl<R: Real> Steps<R> {
     fn of(cutoff: &Cutoff<R>, period_s: R, counts_per_turn: R) -> Self {
         let omega_period = R::splat(core::f32::consts::TAU) * period_s;
+        let bound = |x: R| x.least(R::splat(1.0)).greatest(R::splat(0.0));
         Self {
-            floor: cutoff.floor_hz * omega_period,
-            ceiling: cutoff.ceiling_hz * omega_period,
+            floor: bound(cutoff.floor_hz * omega_period),
+            ceiling: bound(cutoff.ceiling_hz * omega_period),
             per_count_per_s: cutoff.hz_per_turn_per_s * omega_period / counts_per_turn,
         }
     }
@@ -258,8 +258,21 @@ mod tests {
             assert!((f64::from(approach(x)) - exact).abs() < 0.0024, "{x}");
             assert!(step < 50 || (f64::from(approach(x)) / exact - 1.0).abs() < 0.005);
         }
-        assert_eq!(approach(7.0_f32), approach(1.0_f32));
-        assert_eq!(approach(-7.0_f32), 0.0);
+    }
+
+    #[test]
+    fn no_cutoff_makes_a_filter_overshoot() {
+        for bad in [f32::NAN, f32::INFINITY, -1.0, 1e9] {
+            let cutoff = Cutoff {
+                floor_hz: bad,
+                ceiling_hz: bad,
+                hz_per_turn_per_s: bad,
+            };
+            let steps = Steps::of(&cutoff, PERIOD_S, 4096.0);
+            for speed in [0.0, 1e6, f32::NAN] {
+                assert!((0.0..=1.0).contains(&steps.at(speed)), "{bad}");
+            }
+        }
     }
 
     #[test]
