@@ -27,7 +27,8 @@ impl Heartbeat {
     /// Whether a heartbeat is due; if so the next one is scheduled. A late call does not produce a
     /// burst: the next is due one period after the missed time, or after `now` if that is past too.
     pub(crate) fn take_due(&mut self, now: Instant) -> bool {
-        if now < self.due {
+        // "Never" does not come, not even at the end of time.
+        if now < self.due || self.due == Instant::NEVER {
             return false;
         }
         let period = u64::from(self.period_ms);

@@ -252,6 +252,19 @@ fn ranges() {
     }
 }
 
+/// The node judges its own parameters in a PDO as it does in an SDO: SYNC does not move onto NMT.
+#[test]
+fn communication_parameters() {
+    let mut bench = Bench::operational(&STANDARD);
+    bench.map(0x1400, 0x205, 255, &[0x1005_0020]);
+    for (sent, kept) in [(0x81u32, 0x81), (0, 0x81), (0x605, 0x81), (0x80, 0x80)] {
+        bench.send(0x205, &sent.to_le_bytes());
+        assert_eq!(bench.read(0x1005, 0), Ok(kept));
+        bench.send(kept as u16, &[]);
+        assert!(bench.events.sync);
+    }
+}
+
 /// Two PDOs on one identifier are both served, in their order.
 #[test]
 fn two_on_one_identifier() {

@@ -106,7 +106,7 @@ fn layout() {
         for byte in bytes {
             crc ^= u32::from(*byte);
             for _ in 0..8 {
-                crc = crc >> 1 ^ 0xEDB8_8320 * (crc & 1);
+                crc = (crc >> 1) ^ (0xEDB8_8320 * (crc & 1));
             }
         }
         !crc
@@ -141,7 +141,7 @@ fn groups() {
     assert_eq!(listed(&save(&changed, Request::All, &[])), all);
     assert_eq!(
         listed(&save(&changed, Request::Communication, &[])),
-        [communication.clone()]
+        core::slice::from_ref(&communication)
     );
     assert_eq!(
         listed(&save(&changed, Request::Application, &[])),

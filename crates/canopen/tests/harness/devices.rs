@@ -28,6 +28,7 @@ const COMMUNICATION: &[Row] = &[
     u32(0x1003, 1, "Standard error field").subs(8),
     u32(0x1005, 0, "COB-ID SYNC")
         .rw()
+        .rpdo()
         .default(0x80)
         .store(Group::Communication),
     text(0x1008, 0, "Device name", "Test"),

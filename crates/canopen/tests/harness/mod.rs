@@ -8,6 +8,7 @@
 
 mod bench;
 pub mod devices;
+pub mod script;
 
 pub use bench::{Bench, ID, Recorder};
 pub use devices::{P3_LIKE, STANDARD};

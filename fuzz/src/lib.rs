@@ -1,0 +1,10 @@
+//! What the fuzz targets run. The interpreters live beside the crates' own tests, which replay the
+//! corpora; here they are only brought together.
+//!
+//! A new target is: an interpreter with a `run(&[u8])` in the tests of its crate, included below; a
+//! file of five lines in `fuzz_targets/`; a `[[bin]]`; and a corpus directory of the same name.
+//! `canopen_harness::script::steps` turns bytes into frames, time and owner's doings for any
+//! dictionary, so a target for a whole drive need only say what to do with them.
+
+#[path = "../../crates/canopen/tests/harness/mod.rs"]
+pub mod canopen_harness;
