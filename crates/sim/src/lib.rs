@@ -1,1 +1,32 @@
-//! sim
+//! Virtual drives on a simulated CAN bus, in virtual time.
+//!
+//! A [`Bus`] is one medium with its drives. [`Bus::run_until`] moves it forward event by event;
+//! nothing in it reads a clock, so the same seed and the same injections give the same trace. At
+//! equal times the order is: plants and loops, frames, polls, arbitration; then node number.
+//!
+//! Each [`VirtualDrive`] is the drive core that also runs as firmware, closed around a simulated
+//! motor, behind a CAN controller with a finite receive FIFO. Outside programs reach the bus
+//! through its gateway ([`Bus::send`]); [`Recording`] writes down what they did, so that the run
+//! can be repeated.
+mod bus;
+mod controller;
+mod drive;
+mod fleet;
+mod gateway;
+mod latency;
+mod link;
+mod medium;
+mod pace;
+mod probe;
+mod recording;
+mod store;
+
+pub use bus::{Bus, BusSettings, Notice, NoticeKind};
+pub use drive::{DriveSettings, Extremes, VirtualDrive};
+pub use fleet::run_fleet;
+pub use link::VirtualLink;
+pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
+pub use pace::Pacer;
+pub use probe::ProbeSample;
+pub use recording::{Injection, ReadError, Recording, Replayed, RunHeader, StoredBefore, replay};
+pub use store::{ParameterStore, StoreError};

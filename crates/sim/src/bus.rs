@@ -1,0 +1,332 @@
+//! One simulated bus: a medium, its drives, the gateway, and the order of events.
+
+use std::path::PathBuf;
+
+use can::Frame;
+use canopen::{Instant, NodeId, store::Damage};
+use drive::ParameterError;
+
+use crate::drive::{DriveSettings, VirtualDrive};
+use crate::gateway::Gateway;
+use crate::medium::{InFlight, Medium, Sender, Traffic};
+use crate::probe::ProbeSample;
+use crate::store::StoreError;
+
+/// What a bus is.
+#[derive(Debug)]
+pub struct BusSettings {
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// The drives, of different node IDs.
+    pub drives: Vec<DriveSettings>,
+}
+
+/// Something that people should know of.
+#[derive(Debug)]
+pub struct Notice {
+    /// When.
+    pub at: Instant,
+    /// Which drive.
+    pub node: NodeId,
+    /// What.
+    pub kind: NoticeKind,
+}
+
+/// What people should know of.
+#[derive(Debug)]
+pub enum NoticeKind {
+    /// The stored parameters were damaged; the drive has started on its defaults. The damaged file
+    /// is kept under the name given, if there is a file.
+    StoreDamaged {
+        /// What is wrong with them.
+        damage: Damage,
+        /// Where they are kept now.
+        kept: Result<Option<PathBuf>, StoreError>,
+    },
+    /// A save command failed.
+    CannotStore(StoreError),
+    /// The personality's defaults make no drive.
+    CannotStart(ParameterError),
+    /// Collisions have driven it off the bus.
+    BusOff,
+}
+
+impl std::fmt::Display for Notice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "node {}: ", self.node)?;
+        match &self.kind {
+            NoticeKind::StoreDamaged { damage, kept } => {
+                write!(f, "the stored parameters are damaged ({damage})")?;
+                match kept {
+                    Ok(Some(path)) => write!(f, ", kept as {}", path.display())?,
+                    Ok(None) => {}
+                    Err(error) => write!(f, ", and {error}")?,
+                }
+                f.write_str("; it starts on its defaults and reports parameter error 0x6320")
+            }
+            NoticeKind::CannotStore(error) => write!(f, "{error}"),
+            NoticeKind::CannotStart(error) => {
+                write!(f, "it cannot start, its defaults make no drive: {error:?}")
+            }
+            NoticeKind::BusOff => {
+                f.write_str("bus-off: another participant sends with the same identifiers")
+            }
+        }
+    }
+}
+
+/// A simulated bus.
+#[derive(Debug)]
+pub struct Bus {
+    now: Instant,
+    medium: Medium,
+    drives: Vec<VirtualDrive>,
+    gateway: Gateway,
+    traffic: Vec<Traffic>,
+    notices: Vec<Notice>,
+    probe: Option<(u64, Instant)>,
+    samples: Vec<ProbeSample>,
+    contenders: Vec<(Sender, Frame)>,
+}
+
+impl Bus {
+    /// A bus at time 0, its drives about to boot.
+    pub fn new(settings: BusSettings) -> Bus {
+        let seed = settings.seed;
+        let mut drives: Vec<VirtualDrive> = settings
+            .drives
+            .into_iter()
+            .map(|drive| VirtualDrive::new(drive, seed))
+            .collect();
+        drives.sort_by_key(VirtualDrive::node);
+        Bus {
+            now: Instant::ZERO,
+            medium: Medium::new(),
+            drives,
+            gateway: Gateway::default(),
+            traffic: Vec::new(),
+            notices: Vec::new(),
+            probe: None,
+            samples: Vec::new(),
+            contenders: Vec::new(),
+        }
+    }
+
+    /// The present time.
+    pub fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// The drives, in the order of their node IDs.
+    pub fn drives(&self) -> &[VirtualDrive] {
+        &self.drives
+    }
+
+    /// The drive of that node ID.
+    pub fn drive(&mut self, node: NodeId) -> Option<&mut VirtualDrive> {
+        self.drives.iter_mut().find(|drive| drive.node() == node)
+    }
+
+    /// An outside program sends a frame now. It goes onto the wire when it wins arbitration.
+    pub fn send(&mut self, client: u32, frame: Frame) {
+        self.gateway.push(client, frame);
+    }
+
+    /// Outside frames that wait for the wire.
+    pub fn outside_waiting(&self) -> usize {
+        self.gateway.waiting()
+    }
+
+    /// Moves time to `until`. How often it is called, and with which steps, makes no difference.
+    pub fn run_until(&mut self, until: Instant) {
+        loop {
+            let next = self.next_event();
+            if next > until {
+                break;
+            }
+            self.now = self.now.max(next);
+            self.step();
+        }
+        self.now = self.now.max(until);
+    }
+
+    /// Moves time to the end of the next frame, or to `until`; whether there was a frame. Call
+    /// after [`Bus::take_traffic`].
+    pub fn run_to_frame(&mut self, until: Instant) -> bool {
+        loop {
+            let next = self.next_event();
+            // What happens at the instant of a frame is brought to its end.
+            if !self.traffic.is_empty() && next > self.now {
+                return true;
+            }
+            if next > until {
+                self.now = self.now.max(until);
+                return false;
+            }
+            self.now = self.now.max(next);
+            self.step();
+        }
+    }
+
+    /// Frames that went over the wire since the last call, in order.
+    pub fn take_traffic(&mut self) -> Vec<Traffic> {
+        std::mem::take(&mut self.traffic)
+    }
+
+    /// What people should know of, since the last call.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+
+    /// Samples every drive's plant each `every_ns` from now on.
+    pub fn probe_every(&mut self, every_ns: u64) {
+        self.probe = Some((every_ns.max(1), self.now));
+    }
+
+    /// Samples since the last call.
+    pub fn take_samples(&mut self) -> Vec<ProbeSample> {
+        std::mem::take(&mut self.samples)
+    }
+
+    /// Time for which the wire was busy since the start, ns.
+    pub fn busy_ns(&self) -> u64 {
+        self.medium.busy_ns()
+    }
+
+    fn next_event(&self) -> Instant {
+        let mut next = self.medium.ends;
+        for drive in &self.drives {
+            next = next.min(drive.next_control()).min(drive.next_poll());
+        }
+        if let Some((_, at)) = self.probe {
+            next = next.min(at);
+        }
+        if self.has_contender() && self.medium.ends == Instant::NEVER {
+            next = next.min(self.medium.idle_at.max(self.now));
+        }
+        next
+    }
+
+    fn has_contender(&self) -> bool {
+        self.gateway.contender().is_some()
+            || self
+                .drives
+                .iter()
+                .any(|drive| drive.controller.contender().is_some())
+    }
+
+    /// Everything that happens at this instant, in the stated order.
+    fn step(&mut self) {
+        let now = self.now;
+        // Plants and loops.
+        for drive in &mut self.drives {
+            if now >= drive.next_control() {
+                drive.control();
+            }
+        }
+        self.sample();
+        // Frames.
+        if let Some(ended) = self.medium.take_ended(now) {
+            self.deliver(ended);
+        }
+        // Polls.
+        let notices = &mut self.notices;
+        for drive in &mut self.drives {
+            if now >= drive.next_poll() {
+                let node = drive.node();
+                drive.poll(now, &mut |kind| {
+                    notices.push(Notice {
+                        at: now,
+                        node,
+                        kind,
+                    });
+                });
+            }
+        }
+        // Arbitration.
+        if self.medium.is_idle(now) {
+            self.arbitrate();
+        }
+    }
+
+    fn arbitrate(&mut self) {
+        self.contenders.clear();
+        for drive in &self.drives {
+            if let Some(frame) = drive.controller.contender() {
+                self.contenders.push((Sender::Drive(drive.node()), frame));
+            }
+        }
+        if let Some((client, frame)) = self.gateway.contender() {
+            self.contenders.push((Sender::Outside(client), frame));
+        }
+        self.medium.arbitrate(self.now, &self.contenders);
+    }
+
+    fn deliver(&mut self, ended: InFlight) {
+        let now = self.now;
+        match ended {
+            InFlight::Frame { frame, senders } => {
+                for drive in &mut self.drives {
+                    if senders.contains(&Sender::Drive(drive.node())) {
+                        drive.errors.transmitted();
+                        drive.controller.sent(frame);
+                        drive.fill_mailboxes();
+                    } else {
+                        drive.errors.received();
+                        drive.hear(frame, now);
+                    }
+                }
+                for sender in &senders {
+                    if let Sender::Outside(client) = sender {
+                        self.gateway.sent(*client);
+                    }
+                }
+                if let Some(sender) = senders.first() {
+                    self.traffic.push(Traffic {
+                        at: now,
+                        frame,
+                        sender: *sender,
+                    });
+                }
+            }
+            InFlight::Collision { senders } => {
+                for drive in &mut self.drives {
+                    if !senders.contains(&Sender::Drive(drive.node())) {
+                        drive.errors.receive_error();
+                    } else if drive.errors.transmit_error(now) {
+                        drive.controller.clear();
+                        self.notices.push(Notice {
+                            at: now,
+                            node: drive.node(),
+                            kind: NoticeKind::BusOff,
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    fn sample(&mut self) {
+        let Some((every_ns, at)) = &mut self.probe else {
+            return;
+        };
+        if self.now < *at {
+            return;
+        }
+        *at = at.plus_ns(*every_ns);
+        for drive in &mut self.drives {
+            let node = drive.node();
+            let feedback = drive.core().map(drive::Drive::feedback);
+            let truth = drive.plant().truth();
+            self.samples.push(ProbeSample {
+                at: self.now,
+                node,
+                position_turns: truth.position_turns(),
+                speed_rad_s: truth.speed_rad_s,
+                current_a: feedback.map_or(0.0, |feedback| feedback.current_q_a),
+                demand_counts: feedback.map_or(0, |feedback| feedback.demand_position),
+                position_counts: feedback.map_or(0, |feedback| feedback.position),
+            });
+        }
+    }
+}

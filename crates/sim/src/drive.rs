@@ -1,0 +1,365 @@
+//! A virtual drive: the drive core, a simulated motor, and the time that both take.
+
+use can::Frame;
+use canopen::nmt::Reset;
+use canopen::{Abort, Instant, NodeId, store};
+use control::io::Duty;
+use control::{Feedback, Real as _};
+use drive::{Drive, Hardware, Health, PwmTiming, Request};
+use personalities::Personality;
+use plant::{Parameters, Plant};
+
+use crate::bus::NoticeKind;
+use crate::controller::Controller;
+use crate::latency::Latency;
+use crate::medium::ErrorCounters;
+use crate::store::ParameterStore;
+
+/// The largest set of parameters that a virtual drive can store, bytes.
+const STORE_BYTES: usize = 16 * 1024;
+
+/// What a virtual drive is.
+#[derive(Debug)]
+pub struct DriveSettings {
+    /// Its node ID.
+    pub node: NodeId,
+    /// Which drive it is.
+    pub personality: &'static Personality,
+    /// Its motor, load and board.
+    pub plant: Parameters,
+    /// Its non-volatile memory.
+    pub store: ParameterStore,
+}
+
+impl DriveSettings {
+    /// A drive with the usual motor and an empty store in memory.
+    pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
+        DriveSettings {
+            node,
+            personality,
+            plant: Parameters::default(),
+            store: ParameterStore::memory(Vec::new()),
+        }
+    }
+}
+
+/// The largest values since they were last reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extremes {
+    /// Magnitude of the measured q-axis current, A.
+    pub current_a: f32,
+    /// Magnitude of the following error, counts.
+    pub following_error_counts: f32,
+}
+
+impl Extremes {
+    fn widen(&mut self, feedback: &Feedback<f32>) {
+        self.current_a = self.current_a.greatest(feedback.current_q_a.abs());
+        self.following_error_counts = self
+            .following_error_counts
+            .greatest(feedback.following_error.abs());
+    }
+}
+
+type Core = Drive<Box<[u8]>>;
+
+/// A drive on a simulated bus.
+#[derive(Debug)]
+pub struct VirtualDrive {
+    node: NodeId,
+    personality: &'static Personality,
+    serial: u32,
+    /// `None` while it boots.
+    core: Option<Core>,
+    plant: Plant<f32>,
+    pub(crate) controller: Controller,
+    pub(crate) errors: ErrorCounters,
+    latency: Latency,
+    store: ParameterStore,
+    health: Health,
+    /// When the next received frame is handled.
+    service_at: Instant,
+    boots_at: Instant,
+    storing: Option<(store::Request, Instant)>,
+    /// Control boundaries are counted from here, so that no rounding adds up.
+    epoch: Instant,
+    timing: PwmTiming,
+    periods: u64,
+    control_at: Instant,
+    extremes: Extremes,
+}
+
+impl VirtualDrive {
+    pub(crate) fn new(settings: DriveSettings, seed: u64) -> VirtualDrive {
+        let mut latency = Latency::new(seed, settings.node.get());
+        let boots_at = Instant::ZERO.plus_ns(latency.boot_ns());
+        let frequency_hz = (1.0 / settings.plant.pwm_period_s).round().max(1.0) as u32;
+        let mut drive = VirtualDrive {
+            node: settings.node,
+            personality: settings.personality,
+            serial: (seed as u32)
+                .wrapping_mul(1000)
+                .wrapping_add(u32::from(settings.node.get())),
+            core: None,
+            plant: Plant::new(&settings.plant),
+            controller: Controller::default(),
+            errors: ErrorCounters::default(),
+            latency,
+            store: settings.store,
+            health: Health::default(),
+            service_at: Instant::NEVER,
+            boots_at,
+            storing: None,
+            epoch: Instant::ZERO,
+            timing: PwmTiming {
+                frequency_hz,
+                periods_per_control: settings.personality.amplifier.pwm_per_control,
+            },
+            periods: 0,
+            control_at: Instant::ZERO,
+            extremes: Extremes::default(),
+        };
+        drive.schedule_control();
+        drive
+    }
+
+    /// Its node ID.
+    pub fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// Which drive it is.
+    pub fn personality(&self) -> &'static Personality {
+        self.personality
+    }
+
+    /// The physical world, to act upon (load, block, supply) and to look at.
+    pub fn plant(&mut self) -> &mut Plant<f32> {
+        &mut self.plant
+    }
+
+    /// The drive core; `None` while it boots.
+    pub fn core(&self) -> Option<&Core> {
+        self.core.as_ref()
+    }
+
+    /// What it has stored.
+    pub fn stored(&self) -> &[u8] {
+        self.store.bytes()
+    }
+
+    /// The largest values since the last call.
+    pub fn take_extremes(&mut self) -> Extremes {
+        core::mem::take(&mut self.extremes)
+    }
+
+    /// Its error counters.
+    pub fn error_counters(&self) -> ErrorCounters {
+        self.errors
+    }
+
+    pub(crate) fn next_control(&self) -> Instant {
+        self.control_at
+    }
+
+    /// One control boundary: the loops see the sensors, then the world moves one control period.
+    pub(crate) fn control(&mut self) {
+        let duty = match &mut self.core {
+            Some(core) => {
+                let duty = core.control_period(&self.plant.sample());
+                self.extremes.widen(&core.feedback());
+                duty
+            }
+            // A processor in reset opens the bridge.
+            None => Duty {
+                phase: [0.5; 3],
+                enabled: false,
+            },
+        };
+        self.plant.load(&duty);
+        for _ in 0..self.timing.periods_per_control {
+            self.plant.step();
+        }
+        self.periods += 1;
+        self.schedule_control();
+    }
+
+    fn schedule_control(&mut self) {
+        let periods = self.periods * u64::from(self.timing.periods_per_control);
+        self.control_at = self.epoch.plus_ns(self.timing.pwm_periods_ns(periods));
+    }
+
+    /// The loops' rate may have been changed by a write; it is from the next boundary on.
+    fn adopt_timing(&mut self) {
+        let Some(timing) = self.core.as_ref().map(Drive::timing) else {
+            return;
+        };
+        if timing != self.timing {
+            self.epoch = self.control_at;
+            self.periods = 0;
+            self.timing = timing;
+            self.plant
+                .set_pwm_period_s(1.0 / f64::from(timing.frequency_hz));
+            self.schedule_control();
+        }
+    }
+
+    /// A frame has arrived at its controller.
+    pub(crate) fn hear(&mut self, frame: Frame, now: Instant) {
+        if self.core.is_none() || self.errors.is_bus_off() {
+            return;
+        }
+        let idle = !self.controller.has_received();
+        if !self.controller.receive(frame) {
+            self.report(Health {
+                can_overrun: true,
+                ..Health::default()
+            });
+        } else if idle {
+            self.service_at = now.plus_ns(self.latency.service_ns());
+        }
+    }
+
+    fn report(&mut self, event: Health) {
+        if let Some(core) = &mut self.core {
+            core.report(event);
+        }
+    }
+
+    /// When [`VirtualDrive::poll`] must be called next.
+    pub(crate) fn next_poll(&self) -> Instant {
+        let mut next = self.service_at.min(self.boots_at);
+        if let Some(core) = &self.core {
+            next = next.min(core.next_deadline());
+        }
+        if let Some((_, at)) = self.storing {
+            next = next.min(at);
+        }
+        if let Some(at) = self.errors.off_until {
+            next = next.min(at);
+        }
+        next
+    }
+
+    /// Does what time asks for, and fills free mailboxes. What people should know of goes to
+    /// `notice`.
+    pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
+        if now >= self.boots_at {
+            self.boots_at = Instant::NEVER;
+            self.boot(now, notice);
+        }
+        if self.errors.off_until.is_some_and(|at| now >= at) {
+            self.errors.recover();
+            self.report(Health {
+                bus_off_recovered: true,
+                ..Health::default()
+            });
+        }
+        if now >= self.service_at {
+            if let (Some(frame), Some(core)) = (self.controller.next_received(), &mut self.core) {
+                core.receive(&frame, now);
+            }
+            self.service_at = if self.controller.has_received() {
+                now.plus_ns(self.latency.next_ns())
+            } else {
+                Instant::NEVER
+            };
+        }
+        if let Some(core) = &mut self.core
+            && now >= core.next_deadline()
+        {
+            core.poll(now);
+        }
+        if let Some((request, at)) = self.storing
+            && now >= at
+        {
+            self.storing = None;
+            self.store(request, notice);
+        }
+        self.obey(now);
+        self.adopt_timing();
+        self.fill_mailboxes();
+    }
+
+    /// Moves frames from the node to free mailboxes.
+    pub(crate) fn fill_mailboxes(&mut self) {
+        let Some(core) = &mut self.core else { return };
+        while self.controller.has_free_mailbox() && !self.errors.is_bus_off() {
+            match core.transmit() {
+                Some(frame) => self.controller.post(frame),
+                None => break,
+            }
+        }
+    }
+
+    /// What the core asks of its host.
+    fn obey(&mut self, now: Instant) {
+        while let Some(request) = self.core.as_mut().and_then(Drive::take_request) {
+            match request {
+                Request::Store(request) => {
+                    self.storing = Some((request, now.plus_ns(self.latency.store_ns())));
+                }
+                Request::Reset(Reset::Communication) => {
+                    self.controller.clear();
+                    self.service_at = Instant::NEVER;
+                    if let Some(core) = &mut self.core {
+                        core.reset_communication(self.store.bytes(), now);
+                    }
+                }
+                Request::Reset(Reset::Node) => {
+                    self.core = None;
+                    self.controller.clear();
+                    self.service_at = Instant::NEVER;
+                    self.storing = None;
+                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                }
+            }
+        }
+    }
+
+    fn boot(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
+        let hardware = Hardware {
+            scales: self.plant.parameters().scales,
+            duty_margin: 0.0,
+        };
+        let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
+        let health = core::mem::take(&mut self.health);
+        let made = Drive::new(
+            self.personality,
+            hardware,
+            memory,
+            self.node,
+            self.serial,
+            self.store.bytes(),
+            health,
+        );
+        match made {
+            Ok((mut core, damage)) => {
+                if let Some(damage) = damage {
+                    let kept = self.store.set_aside();
+                    notice(NoticeKind::StoreDamaged { damage, kept });
+                }
+                core.start(now);
+                self.core = Some(core);
+                self.adopt_timing();
+            }
+            Err(error) => notice(NoticeKind::CannotStart(error)),
+        }
+    }
+
+    fn store(&mut self, request: store::Request, notice: &mut impl FnMut(NoticeKind)) {
+        let Some(core) = &mut self.core else { return };
+        let mut bytes = vec![0; STORE_BYTES];
+        let result = match core.stored(request, self.store.bytes(), &mut bytes) {
+            Ok(used) => {
+                bytes.truncate(used);
+                self.store.replace(bytes).map_err(|error| {
+                    notice(NoticeKind::CannotStore(error));
+                    Abort::HARDWARE
+                })
+            }
+            Err(_) => Err(Abort::OUT_OF_MEMORY),
+        };
+        core.store_done(result);
+    }
+}
