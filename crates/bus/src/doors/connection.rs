@@ -202,11 +202,14 @@ impl Client {
                     self.until(|client| !client.roster.remembers(before))
                         .await?;
                 }
-                self.outbox.open(Instant::now() + AFTER_JOIN);
+                // The writer runs in this thread, so the client cannot read the answer before
+                // it is on the roster: whoever it tells comes after it.
+                self.outbox.open(action.answer, Instant::now() + AFTER_JOIN);
                 let id = self
                     .roster
                     .join(&self.outbox, self.place, listen_only, bit_rate);
                 self.stay = Stay::On(id);
+                return Ok(());
             }
             Effect::Leave => {
                 if let Stay::On(id) = self.stay {

@@ -108,11 +108,15 @@ impl Outbox {
         self.writer.notify_one();
     }
 
-    /// The client is on the bus: frames are taken from now on, but not sent until `hold`.
-    pub(super) fn open(&self, hold: Instant) {
+    /// The client is about to be on the bus: frames are taken from now on, but not sent until
+    /// `hold`. The answer that says so is put in here, because it must stand before the first
+    /// frame, and that may be delivered as soon as the simulation knows of the client.
+    pub(super) fn open(&self, answer: Text, hold: Instant) {
         let state = &mut *self.state();
+        state.queue.push_back(Item::Text(answer));
         state.open = true;
         state.hold = Some(hold);
+        self.writer.notify_one();
     }
 
     /// The client has left the bus: no more frames, not even those that wait.

@@ -2,6 +2,12 @@
 //!
 //! Understood are `open`, `rawmode`, `send`, `sendrtr` and `echo`. Of socketcand's other modes
 //! (BCM, control, ISO-TP) there are none.
+//!
+//! Remote frames (`sendrtr`, `rtr`) came late to the protocol, and python-can knows neither word:
+//! it sends a remote frame as a `send` without data, which is refused if it asks for any bytes and
+//! cannot be told from an empty data frame if it asks for none. So `rtr` is sent only to clients
+//! that have used `sendrtr`. Nor does python-can show the text of an `< error … >`: its `recv`
+//! raises a `CanError`.
 
 use super::{Action, Effect, LeaveReason, Text};
 use crate::socketcand::{Messages, Piece, parse_send, shown};
