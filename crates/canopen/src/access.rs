@@ -190,10 +190,7 @@ impl<M: NodeMemory> Node<M> {
         let Some(rpdo) = self.rpdo.get(n) else { return };
         let mapping = rpdo.mapping;
         for copy in mapping.copies() {
-            let raw = low_bytes(
-                (data >> (8 * u32::from(copy.at & 7))) as u32,
-                copy.field.size(),
-            );
+            let raw = copy.extract(data);
             if copy.judged {
                 let Some(row) = self.device.table.rows().get(usize::from(copy.row)) else {
                     continue;

@@ -235,7 +235,8 @@ impl<M: NodeMemory> Node<M> {
         let id = self.pdo_id(&objects);
         let transmission_type = self.raw(objects.transmission_type.field()) as u8;
         let mapping = self.read_mapping(&objects, Direction::Transmit);
-        let tpdo = Tpdo::new(id.is_some(), transmission_type, mapping);
+        let dialect = &self.device.dialect;
+        let tpdo = Tpdo::new(id.is_some(), transmission_type, mapping, dialect);
         // What was sampled under the old parameters is not sent under the new ones.
         self.outbox.withdraw(Slot::Tpdo(n as u8));
         self.outbox.set_id(Slot::Tpdo(n as u8), id.unwrap_or(0));
@@ -267,13 +268,8 @@ impl<M: NodeMemory> Node<M> {
     /// The first `count` mapping entries.
     fn map_entries(&self, objects: &PdoObjects, count: u8) -> impl Iterator<Item = u32> {
         let mut entries = [0; MAPPED_PER_PDO + 1];
-        let mut field = objects.map_first;
-        for entry in entries.iter_mut().take(usize::from(count)) {
-            *entry = self.raw(field);
-            field = Field {
-                offset: field.offset.wrapping_add(4),
-                ..field
-            };
+        for (entry, step) in entries.iter_mut().zip(0..u16::from(count)) {
+            *entry = self.raw(objects.map_first.nth(step));
         }
         // One more than fits is enough for the compiler to say "too long".
         entries.into_iter().take(usize::from(count))

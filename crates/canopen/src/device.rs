@@ -97,7 +97,7 @@ impl PdoObjects {
         let mut map_entries = 1;
         while let Some(entry) = dictionary.field(index + 0x200, map_entries + 1) {
             assert!(
-                entry.offset == map_first.offset + 4 * map_entries as u16,
+                entry.offset() == map_first.nth(map_entries as u16).offset(),
                 "declare the entries of a PDO mapping as one run (.subs)"
             );
             map_entries += 1;

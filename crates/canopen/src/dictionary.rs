@@ -19,11 +19,10 @@ use crate::{Abort, DataType, Field, Handle, NodeId, Wire};
 struct Hot {
     /// `index << 8 | sub` of the row's first sub-index.
     key: u32,
-    /// Where its value lies in the image; for text its length.
-    offset: u16,
+    /// Where the first value lies in the image.
+    field: Field,
     flags: u16,
     count: u8,
-    data_type: DataType,
     class: u8,
 }
 
@@ -75,10 +74,9 @@ pub const fn layout<const N: usize>(parts: &[&[Row]]) -> Dictionary<N> {
     }
     let first = Hot {
         key: 0,
-        offset: 0,
+        field: Field::new(0, DataType::U8),
         flags: 0,
         count: 1,
-        data_type: DataType::U8,
         class: 0,
     };
     let mut hot = [first; N];
@@ -106,10 +104,9 @@ pub const fn layout<const N: usize>(parts: &[&[Row]]) -> Dictionary<N> {
         assert!(place <= u16::MAX as u32, "the image exceeds 64 KiB");
         hot[i] = Hot {
             key: row.address.key(),
-            offset: place as u16,
+            field: Field::new(place as u16, row.data_type),
             flags: row.flags(),
             count: row.count,
-            data_type: row.data_type,
             class: row.class,
         };
         offset += size * row.count as u32;
@@ -226,10 +223,10 @@ impl<const N: usize> Dictionary<N> {
         match self.field(index, sub) {
             Some(field) => {
                 assert!(
-                    field.data_type as u8 == T::TYPE as u8,
+                    field.data_type() as u8 == T::TYPE as u8,
                     "the object has another type than the handle"
                 );
-                Some(Handle::at(field.offset))
+                Some(Handle::at(field.offset()))
             }
             None => None,
         }
@@ -243,11 +240,7 @@ impl<const N: usize> Dictionary<N> {
         while i < N {
             let hot = &self.hot[i];
             if key >= hot.key && key < hot.key + hot.count as u32 {
-                let step = (key - hot.key) as u16 * hot.data_type.size() as u16;
-                return Some(Field {
-                    offset: hot.offset + step,
-                    data_type: hot.data_type,
-                });
+                return Some(hot.field.nth((key - hot.key) as u16));
             }
             i += 1;
         }
@@ -340,14 +333,8 @@ impl Table {
         if step >= u32::from(hot.count) {
             return Err(self.missing(index, after));
         }
-        let offset = hot
-            .offset
-            .wrapping_add(step as u16 * u16::from(hot.data_type.size()));
         Ok(Entry {
-            field: Field {
-                offset,
-                data_type: hot.data_type,
-            },
+            field: hot.field.nth(step as u16),
             row: row as u16,
             flags: hot.flags,
             class: hot.class,
@@ -411,13 +398,8 @@ impl Table {
                 Default::PlusNode(base) => base.wrapping_add(u32::from(node.get())),
                 Default::Text(_) => continue,
             };
-            let mut field = Field {
-                offset: hot.offset,
-                data_type: hot.data_type,
-            };
-            for _ in 0..hot.count {
-                image.set_raw(field, raw);
-                field.offset = field.offset.wrapping_add(u16::from(hot.data_type.size()));
+            for step in 0..hot.count {
+                image.set_raw(hot.field.nth(u16::from(step)), raw);
             }
         }
     }

@@ -22,10 +22,7 @@ impl<T> Handle<T> {
 impl<T: Wire> Handle<T> {
     /// The same place without its Rust type.
     pub const fn field(self) -> Field {
-        Field {
-            offset: self.offset,
-            data_type: T::TYPE,
-        }
+        Field::new(self.offset, T::TYPE)
     }
 }
 
@@ -46,11 +43,38 @@ impl<T> core::fmt::Debug for Handle<T> {
 /// A place in the image with its type known at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
-    pub(crate) offset: u16,
-    pub(crate) data_type: DataType,
+    offset: u16,
+    data_type: DataType,
+    /// Of `data_type`, at hand for every copy.
+    size: u8,
 }
 
 impl Field {
+    pub(crate) const fn new(offset: u16, data_type: DataType) -> Field {
+        Field {
+            offset,
+            data_type,
+            size: data_type.size(),
+        }
+    }
+
+    /// Where it lies in the image; for text, its length.
+    #[inline]
+    pub(crate) const fn offset(self) -> u16 {
+        self.offset
+    }
+
+    /// The place of the `step`th value of the same type after this one.
+    #[inline]
+    pub(crate) const fn nth(self, step: u16) -> Field {
+        Field {
+            offset: self
+                .offset
+                .wrapping_add(step.wrapping_mul(self.size as u16)),
+            ..self
+        }
+    }
+
     /// The object's type.
     pub const fn data_type(self) -> DataType {
         self.data_type
@@ -59,7 +83,7 @@ impl Field {
     /// Bytes of its value.
     #[inline]
     pub const fn size(self) -> u8 {
-        self.data_type.size()
+        self.size
     }
 }
 

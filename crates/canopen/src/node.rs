@@ -172,7 +172,7 @@ impl<M: NodeMemory> Node<M> {
     /// gives `None`; call again after any other function.
     #[inline]
     pub fn transmit(&mut self) -> Option<Frame> {
-        let (slot, id) = self.outbox.take(self.sends_emergencies())?;
+        let (slot, id) = self.outbox.take()?;
         Some(match slot {
             Slot::Sdo => Frame::classic(id, self.sdo.reply, 8),
             Slot::Tpdo(n) => {
@@ -195,7 +195,7 @@ impl<M: NodeMemory> Node<M> {
     /// Whether [`Node::transmit`] would give nothing.
     #[inline]
     pub fn is_silent(&self) -> bool {
-        self.outbox.is_empty(self.sends_emergencies())
+        self.outbox.is_empty()
     }
 
     /// Announces an error, or the end of one (`code` 0x0000): sends an emergency frame with the
@@ -287,12 +287,6 @@ impl<M: NodeMemory> Node<M> {
         matches!(self.state, NmtState::Operational | NmtState::PreOperational)
     }
 
-    /// Emergencies wait while the node is stopped (CiA 301 table 37).
-    #[inline]
-    fn sends_emergencies(&self) -> bool {
-        self.answers_sdo()
-    }
-
     /// Whether TPDOs answer SYNC in `state`.
     fn sends_pdos(&self, state: NmtState) -> bool {
         match state {
@@ -338,6 +332,7 @@ impl<M: NodeMemory> Node<M> {
             self.outbox.withdraw(Slot::Sdo);
             self.sdo.waiting = None;
         }
+        self.outbox.hold_emergencies(state == NmtState::Stopped);
     }
 
     fn receive_pdo<O: Owner>(
@@ -370,7 +365,6 @@ impl<M: NodeMemory> Node<M> {
     }
 
     fn synchronise<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
-        let dialect = &self.device.dialect;
         if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
             return;
         }
@@ -388,15 +382,14 @@ impl<M: NodeMemory> Node<M> {
         }
         let mut published = false;
         for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
-            if !tpdo.sync(dialect) {
+            if !tpdo.sync() {
                 continue;
             }
-            let mut image = Image::new(self.memory.as_mut());
             if tpdo.mapping.is_live() && !published {
-                owner.publish(&mut image);
+                owner.publish(&mut Image::new(self.memory.as_mut()));
                 published = true;
             }
-            tpdo.sample(&image);
+            tpdo.sample(self.memory.as_ref());
             self.outbox.post(Slot::Tpdo(n as u8));
         }
     }

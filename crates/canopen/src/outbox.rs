@@ -5,70 +5,137 @@
 pub(crate) enum Slot {
     BootUp,
     Emergency,
-    Tpdo(u8),
     Sdo,
     Heartbeat,
+    Tpdo(u8),
 }
 
-const BOOT_UP: u8 = 0;
-const EMERGENCY: u8 = 1;
-const SDO: u8 = 2;
-const HEARTBEAT: u8 = 3;
-const TPDO: u8 = 4;
-const SLOTS: usize = 4 + crate::PDOS;
+const EMERGENCY: usize = 1;
+const TPDO: usize = 4;
+const SLOTS: usize = TPDO + crate::PDOS;
+const _: () = assert!(SLOTS <= 16, "one bit each");
 
 impl Slot {
     #[inline]
-    const fn number(self) -> u8 {
+    const fn number(self) -> usize {
         match self {
-            Slot::BootUp => BOOT_UP,
+            Slot::BootUp => 0,
             Slot::Emergency => EMERGENCY,
-            Slot::Sdo => SDO,
-            Slot::Heartbeat => HEARTBEAT,
-            Slot::Tpdo(n) => TPDO + n,
+            Slot::Sdo => 2,
+            Slot::Heartbeat => 3,
+            Slot::Tpdo(n) => TPDO + n as usize,
         }
     }
 
-    #[inline]
-    const fn from_number(number: u8) -> Slot {
+    const fn from_number(number: usize) -> Slot {
         match number {
-            BOOT_UP => Slot::BootUp,
+            0 => Slot::BootUp,
             EMERGENCY => Slot::Emergency,
-            SDO => Slot::Sdo,
-            HEARTBEAT => Slot::Heartbeat,
-            n => Slot::Tpdo(n - TPDO),
+            2 => Slot::Sdo,
+            3 => Slot::Heartbeat,
+            n => Slot::Tpdo(n.wrapping_sub(TPDO) as u8),
         }
     }
 }
 
-/// The set of waiting producers and the identifier each will send with.
+/// A producer's place in the order of sending.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    id: u16,
+    slot: Slot,
+}
+
+/// The set of waiting producers, in the order in which they will send.
+///
+/// Identifiers change rarely, frames are sent often: so the producers are kept sorted by identifier
+/// and the next to send is the lowest bit that is set.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outbox {
+    /// Bit n: the producer at place n has a frame waiting.
     waiting: u16,
-    ids: [u16; SLOTS],
+    /// The bits of those that may send in the present state; all others wait.
+    allowed: u16,
+    /// The bit of each producer, by its number.
+    bits: [u16; SLOTS],
+    /// The producers by identifier; of equal ones by number, so that boot-up goes before heartbeat.
+    places: [Place; SLOTS],
     /// Frames that were replaced before they were sent.
     overwritten: u32,
 }
 
 impl Outbox {
-    pub(crate) const EMPTY: Outbox = Outbox {
-        waiting: 0,
-        ids: [0; SLOTS],
-        overwritten: 0,
-    };
+    pub(crate) const EMPTY: Outbox = Outbox::new();
 
-    pub(crate) fn set_id(&mut self, slot: Slot, id: u16) {
-        if let Some(place) = self.ids.get_mut(usize::from(slot.number())) {
-            *place = id;
+    #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+    const fn new() -> Outbox {
+        let first = Place {
+            id: 0,
+            slot: Slot::BootUp,
+        };
+        let (mut bits, mut places) = ([0; SLOTS], [first; SLOTS]);
+        let mut n = 0;
+        while n < SLOTS {
+            bits[n] = 1 << n;
+            places[n].slot = Slot::from_number(n);
+            n += 1;
         }
+        Outbox {
+            waiting: 0,
+            allowed: u16::MAX,
+            bits,
+            places,
+            overwritten: 0,
+        }
+    }
+
+    /// The identifier that a producer will send with.
+    pub(crate) fn set_id(&mut self, slot: Slot, id: u16) {
+        let (waiting, old_bits) = (self.waiting, self.bits);
+        let holds = self.holds_emergencies();
+        for place in &mut self.places {
+            if place.slot == slot {
+                place.id = id;
+            }
+        }
+        self.places
+            .sort_unstable_by_key(|place| (place.id, place.slot.number()));
+        self.waiting = 0;
+        for (n, place) in self.places.iter().enumerate() {
+            let number = place.slot.number();
+            let bit = 1u16 << (n & 15);
+            if old_bits.get(number).is_some_and(|old| waiting & old != 0) {
+                self.waiting |= bit;
+            }
+            if let Some(new) = self.bits.get_mut(number) {
+                *new = bit;
+            }
+        }
+        self.hold_emergencies(holds);
+    }
+
+    /// Whether emergencies wait, rather than being sent.
+    pub(crate) fn hold_emergencies(&mut self, hold: bool) {
+        self.allowed = u16::MAX;
+        if hold {
+            self.allowed &= !self.bit(Slot::Emergency);
+        }
+    }
+
+    fn holds_emergencies(&self) -> bool {
+        self.allowed != u16::MAX
+    }
+
+    #[inline]
+    fn bit(&self, slot: Slot) -> u16 {
+        self.bits.get(slot.number()).copied().unwrap_or(0)
     }
 
     /// The producer has something to send; if its last frame is still waiting, that is replaced.
     #[inline]
     pub(crate) fn post(&mut self, slot: Slot) {
-        let bit = 1u16 << (slot.number() & 15);
+        let bit = self.bit(slot);
         // Emergencies have a ring of their own: none replaces another.
-        if self.waiting & bit & !(1 << EMERGENCY) != 0 {
+        if self.waiting & bit != 0 && slot != Slot::Emergency {
             self.overwritten = self.overwritten.wrapping_add(1);
         }
         self.waiting |= bit;
@@ -76,43 +143,23 @@ impl Outbox {
 
     #[inline]
     pub(crate) fn withdraw(&mut self, slot: Slot) {
-        self.waiting &= !(1u16 << (slot.number() & 15));
+        self.waiting &= !self.bit(slot);
     }
 
-    /// Takes out the producer whose identifier is lowest, among those in `allowed`.
+    /// Takes out the producer whose identifier is lowest.
     #[inline]
-    pub(crate) fn take(&mut self, emergency_allowed: bool) -> Option<(Slot, u16)> {
-        let mut rest = self.waiting(emergency_allowed);
-        let mut best: Option<(u8, u16)> = None;
-        while rest != 0 {
-            let number = rest.trailing_zeros() as u8;
-            rest &= rest - 1;
-            let id = self
-                .ids
-                .get(usize::from(number))
-                .copied()
-                .unwrap_or(u16::MAX);
-            if best.is_none_or(|(_, lowest)| id < lowest) {
-                best = Some((number, id));
-            }
-        }
-        let (number, id) = best?;
-        self.waiting &= !(1 << number);
-        Some((Slot::from_number(number), id))
+    pub(crate) fn take(&mut self) -> Option<(Slot, u16)> {
+        let waiting = self.waiting & self.allowed;
+        let place = self.places.get(waiting.trailing_zeros() as usize)?;
+        // The lowest bit that is set, out of all that wait.
+        self.waiting &= !(waiting & waiting.wrapping_neg());
+        Some((place.slot, place.id))
     }
 
+    /// Whether nothing waits that may be sent.
     #[inline]
-    pub(crate) fn is_empty(&self, emergency_allowed: bool) -> bool {
-        self.waiting(emergency_allowed) == 0
-    }
-
-    #[inline]
-    fn waiting(&self, emergency_allowed: bool) -> u16 {
-        if emergency_allowed {
-            self.waiting
-        } else {
-            self.waiting & !(1 << EMERGENCY)
-        }
+    pub(crate) fn is_empty(&self) -> bool {
+        self.waiting & self.allowed == 0
     }
 
     pub(crate) fn overwritten(&self) -> u32 {

@@ -15,8 +15,8 @@ pub(crate) enum Direction {
 pub(crate) struct Copy {
     pub(crate) field: Field,
     pub(crate) row: u16,
-    /// First byte within the PDO.
-    pub(crate) at: u8,
+    /// First bit within the PDO: 0 to 56.
+    shift: u8,
     pub(crate) sub: u8,
     pub(crate) class: u8,
     /// Its owner is asked: such copies come last.
@@ -42,22 +42,52 @@ pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<
         Direction::Receive => found.maps_rpdo(),
         Direction::Transmit => found.maps_tpdo(),
     };
-    // The length must be the object's (CiA 301 7.5.2.36; the P3's PDOs are byte-wise, l.79).
-    if !mappable || bits != found.field.size() * 8 {
+    // The length must be the object's (CiA 301 7.5.2.36; the P3's PDOs are byte-wise, l.79); text
+    // has none that an image holds.
+    if !mappable || bits == 0 || bits != found.field.size() * 8 {
         return Err(Abort::NOT_MAPPABLE);
     }
     Ok(found)
 }
 
+impl Copy {
+    /// The object's bytes in the data of a PDO, zero extended.
+    #[inline]
+    pub(crate) fn extract(&self, data: u64) -> u32 {
+        (data >> (self.shift & 63)) as u32 & self.mask()
+    }
+
+    /// The image's bytes at their place in a PDO.
+    #[inline]
+    fn sample(&self, bytes: &[u8]) -> u64 {
+        let at = usize::from(self.field.offset());
+        // Four bytes at once and a mask; only the image's last objects have fewer after them.
+        let raw = match bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
+            Some(four) => u32::from_le_bytes(*four) & self.mask(),
+            None => self.sample_at_end(bytes),
+        };
+        u64::from(raw) << (self.shift & 63)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn sample_at_end(&self, bytes: &[u8]) -> u32 {
+        crate::image::raw(bytes, self.field)
+    }
+
+    /// The object's bytes among four.
+    #[inline]
+    fn mask(&self) -> u32 {
+        u32::MAX.wrapping_shr(32 - 8 * u32::from(self.field.size() & 7))
+    }
+}
+
 impl Mapping {
     pub(crate) const EMPTY: Mapping = Mapping {
         copies: [Copy {
-            field: Field {
-                offset: 0,
-                data_type: crate::DataType::U8,
-            },
+            field: Field::new(0, crate::DataType::U8),
             row: 0,
-            at: 0,
+            shift: 0,
             sub: 0,
             class: 0,
             asks: false,
@@ -92,7 +122,7 @@ impl Mapping {
             *place = Copy {
                 field: found.field,
                 row: found.row,
-                at: mapping.bytes,
+                shift: mapping.bytes * 8,
                 sub: (entry >> 8) as u8,
                 class: found.class,
                 asks: found.has(flag::ASKS),
@@ -105,7 +135,7 @@ impl Mapping {
         // Plain objects first, then those that ask, by index: a controlword sees the target that
         // came with it, and 0x6040 acts before 0x6060 (P10).
         if let Some(copies) = mapping.copies.get_mut(..usize::from(mapping.count)) {
-            copies.sort_unstable_by_key(|copy| (copy.asks, copy.row, copy.at));
+            copies.sort_unstable_by_key(|copy| (copy.asks, copy.row, copy.shift));
         }
         Ok(mapping)
     }
@@ -113,6 +143,14 @@ impl Mapping {
     #[inline]
     pub(crate) fn copies(&self) -> &[Copy] {
         self.copies.get(..usize::from(self.count)).unwrap_or(&[])
+    }
+
+    /// The mapped values in `bytes` as the data of a PDO.
+    #[inline]
+    pub(crate) fn sample(&self, bytes: &[u8]) -> u64 {
+        self.copies()
+            .iter()
+            .fold(0, |data, copy| data | copy.sample(bytes))
     }
 
     /// Bytes that a PDO of this mapping has.
