@@ -220,7 +220,7 @@ mod tests {
             assert_eq!(frame.unwrap().data()[0], command);
             assert_eq!(frame.unwrap().len(), 8);
         }
-        // P3 l.243, as printed.
+        // P3 l.244, as printed.
         let short = download.frame(NODE, RequestForm::Short).unwrap();
         assert_eq!(short.to_string(), "601#224060008600");
         let short = Request::Upload(Address::new(0x3008, 1)).frame(NODE, RequestForm::Short);

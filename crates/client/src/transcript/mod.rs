@@ -8,6 +8,7 @@
 mod expression;
 mod parse;
 mod parse_frame;
+mod parse_quantity;
 mod pattern;
 mod physics;
 mod play;
