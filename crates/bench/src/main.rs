@@ -1,6 +1,7 @@
 //! `servobus-bench`: measures all subjects and prints a table, or runs one case of one subject, as
 //! it does itself under valgrind.
 
+mod control_period;
 mod subjects;
 
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use std::process::ExitCode;
 use std::{env, fs, io};
 
 use bench::measure::{self, MeasureError};
+use bench::period;
 use bench::report::{Figure, Report, Row};
 use bench::subject::{Case, Wrong};
 use clap::Parser;
@@ -116,6 +118,9 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
                 .map(figure)
                 .collect::<Result<_, _>>()?,
         });
+    }
+    if let Some(time) = period::measure(period::RUNS, period::PERIODS, control_period::new()) {
+        report.push_control_period("servobus", time);
     }
     println!("{}", report.table());
     if let Some(path) = json {

@@ -1,17 +1,21 @@
 //! The stacks under measurement.
 
 mod canopen_rs;
+mod servobus;
 mod zencan;
 
 use bench::subject::{self, Case};
 
 use self::canopen_rs::CanopenRs;
+use self::servobus::Servobus;
 use self::zencan::Zencan;
 use crate::Error;
 
 /// The stacks, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SubjectName {
+    /// Ours.
+    Servobus,
     /// zencan-node 0.0.5.
     Zencan,
     /// canopen-rs 0.6.1.
@@ -20,11 +24,12 @@ pub(crate) enum SubjectName {
 
 impl SubjectName {
     /// Every stack, in the order of the report.
-    pub(crate) const ALL: [Self; 2] = [Self::Zencan, Self::CanopenRs];
+    pub(crate) const ALL: [Self; 3] = [Self::Servobus, Self::Zencan, Self::CanopenRs];
 
     /// Its name on the command line and in the report.
     pub(crate) const fn name(self) -> &'static str {
         match self {
+            Self::Servobus => "servobus",
             Self::Zencan => "zencan-node",
             Self::CanopenRs => "canopen-rs",
         }
@@ -40,6 +45,18 @@ impl SubjectName {
 /// Runs one case of one stack, answers checked.
 pub(crate) fn run(name: SubjectName, case: Case, iterations: u64) -> Result<(), Error> {
     let result = match (name, case) {
+        (SubjectName::Servobus, Case::SdoUpload) => {
+            subject::run_upload(&mut Servobus::with_50_objects(), iterations)
+        }
+        (SubjectName::Servobus, Case::SdoUpload500) => {
+            subject::run_upload(&mut Servobus::with_500_objects(), iterations)
+        }
+        (SubjectName::Servobus, Case::Sync4Tpdo) => {
+            subject::run_sync(&mut Servobus::with_50_objects(), iterations)
+        }
+        (SubjectName::Servobus, Case::IdlePoll) => {
+            subject::run_poll(&mut Servobus::with_50_objects(), iterations)
+        }
         (SubjectName::Zencan, Case::SdoUpload) => {
             subject::run_upload(&mut Zencan::with_50_objects(), iterations)
         }

@@ -18,7 +18,7 @@ fn run(subject: &str, case: Case, iterations: &str) -> Output {
 
 #[test]
 fn every_case_of_every_stack_answers_rightly() {
-    for subject in ["zencan-node", "canopen-rs"] {
+    for subject in ["servobus", "zencan-node", "canopen-rs"] {
         for case in Case::ALL {
             if (subject, case) == ("canopen-rs", Case::IdlePoll) {
                 continue;
