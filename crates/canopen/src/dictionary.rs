@@ -7,6 +7,24 @@
 //! assert!(OBJECTS.table().find(0x6041, 0).is_ok());
 //! ```
 //!
+//! A dictionary that contradicts itself does not compile: an object declared twice,
+//! ```compile_fail
+//! # use canopen::{Dictionary, dictionary, row::{u8, u16}};
+//! static OBJECTS: Dictionary<2> =
+//!     dictionary::layout(&[&[u8(0x2000, 1, "A run").subs(3), u16(0x2000, 3, "Its third")]]);
+//! ```
+//! a default outside its range,
+//! ```compile_fail
+//! # use canopen::{Dictionary, dictionary, row::u16};
+//! static OBJECTS: Dictionary<1> =
+//!     dictionary::layout(&[&[u16(0x2000, 0, "Gain").range(1, 10)]]);
+//! ```
+//! or a run that leaves its index.
+//! ```compile_fail
+//! # use canopen::{Dictionary, dictionary, row::u8};
+//! static OBJECTS: Dictionary<1> = dictionary::layout(&[&[u8(0x2000, 255, "Run").subs(2)]]);
+//! ```
+//!
 //! Each row becomes twelve hot bytes, which a transfer reads, and the row itself, which only
 //! listings, EDS files and range checks read. Sub-index 0 of an object that has other sub-indices
 //! need not be declared: it reads as the highest sub-index (CiA 301 7.4.3).

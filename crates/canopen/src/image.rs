@@ -5,6 +5,42 @@ use core::marker::PhantomData;
 use crate::{DataType, Wire};
 
 /// A typed place in the image, resolved at compile time by [`crate::Dictionary::handle`].
+///
+/// ```
+/// use canopen::{Dictionary, Handle, Image, dictionary, row::u16};
+/// const OBJECTS: Dictionary<1> = dictionary::layout(&[&[u16(0x6041, 0, "Statusword")]]);
+/// const STATUSWORD: Handle<u16> = OBJECTS.handle(0x6041, 0);
+/// let mut bytes = [0; OBJECTS.image_bytes()];
+/// Image::new(&mut bytes).set(STATUSWORD, 0x0250);
+/// assert_eq!(bytes, [0x50, 0x02]);
+/// ```
+///
+/// What cannot be right does not compile. A handle of another type than the object's:
+/// ```compile_fail
+/// # use canopen::{Dictionary, Handle, dictionary, row::u16};
+/// # const OBJECTS: Dictionary<1> = dictionary::layout(&[&[u16(0x6041, 0, "Statusword")]]);
+/// const STATUSWORD: Handle<i16> = OBJECTS.handle(0x6041, 0);
+/// ```
+/// also where the object may be missing:
+/// ```compile_fail
+/// # use canopen::{Dictionary, Handle, dictionary, row::u16};
+/// # const OBJECTS: Dictionary<1> = dictionary::layout(&[&[u16(0x6041, 0, "Statusword")]]);
+/// const STATUSWORD: Option<Handle<u32>> = OBJECTS.optional(0x6041, 0);
+/// ```
+/// An object that is not there:
+/// ```compile_fail
+/// # use canopen::{Dictionary, Handle, dictionary, row::u16};
+/// # const OBJECTS: Dictionary<1> = dictionary::layout(&[&[u16(0x6041, 0, "Statusword")]]);
+/// const CONTROLWORD: Handle<u16> = OBJECTS.handle(0x6040, 0);
+/// ```
+/// A value of another type than the handle's:
+/// ```compile_fail,E0308
+/// # use canopen::{Dictionary, Handle, Image, dictionary, row::u16};
+/// # const OBJECTS: Dictionary<1> = dictionary::layout(&[&[u16(0x6041, 0, "Statusword")]]);
+/// # const STATUSWORD: Handle<u16> = OBJECTS.handle(0x6041, 0);
+/// # let mut bytes = [0; OBJECTS.image_bytes()];
+/// Image::new(&mut bytes).set(STATUSWORD, 0.5);
+/// ```
 pub struct Handle<T> {
     offset: u16,
     kind: PhantomData<fn() -> T>,

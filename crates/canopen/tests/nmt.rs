@@ -216,3 +216,48 @@ fn numbers() {
         );
     }
 }
+
+/// Reset communication: the communication parameters are what is stored, or their defaults; the
+/// application's objects and the error history stay; then boot-up.
+#[test]
+fn reset_communication() {
+    use canopen::{Image, store};
+    for device in [&STANDARD, &P3_LIKE] {
+        let mut bench = Bench::operational(device);
+        bench.write(0x1017, 0, &[100, 0]).expect("heartbeat");
+        bench.map(0x1800, 0x1B5, 1, &[0x2000_0108]);
+        let mut bytes = bench.node.bytes().to_vec();
+        let mut stored = [0; 1024];
+        let used = store::save(
+            &device.table,
+            &Image::new(&mut bytes),
+            bench.node.id(),
+            store::Request::Communication,
+            &[],
+            &mut stored,
+        )
+        .expect("room");
+        bench.write(0x1017, 0, &[50, 0]).expect("heartbeat");
+        bench.write(0x2000, 1, &[7]).expect("an application object");
+        bench.node.announce(0x1000, 1, [0; 5]);
+        bench.drain();
+        let mut damaged = stored;
+        damaged[used - 1] ^= 1;
+        for (stored, heartbeat, sent) in [
+            (&stored[..used], 100, &[(0x1B5, vec![7])][..]),
+            (&[][..], 0, &[]),
+            (&damaged[..used], 0, &[]),
+        ] {
+            // A frame that waits is not sent any more.
+            bench.node.announce(0x0000, 0, [0; 5]);
+            bench.node.restart_communication(stored);
+            bench.node.start(bench.now);
+            assert_eq!(bench.drain(), [(0x705, vec![0])]);
+            assert_eq!(bench.read(0x1017, 0), Ok(heartbeat));
+            assert_eq!(bench.read(0x2000, 1), Ok(7));
+            assert_eq!(bench.read(0x1003, 1), Ok(0x1000));
+            bench.nmt(0x01);
+            assert_eq!(bench.sync(), sent);
+        }
+    }
+}
