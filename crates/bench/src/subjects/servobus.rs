@@ -73,10 +73,10 @@ const fn application<const N: usize>() -> [Row; N] {
     rows
 }
 
-const APPLICATION_50: [Row; 50 - STANDARD_OBJECTS] = application();
-const APPLICATION_500: [Row; 500 - STANDARD_OBJECTS] = application();
-const PARTS_50: &[&[Row]] = &[STANDARD, &APPLICATION_50];
-const PARTS_500: &[&[Row]] = &[STANDARD, &APPLICATION_500];
+static APPLICATION_50: [Row; 50 - STANDARD_OBJECTS] = application();
+static APPLICATION_500: [Row; 500 - STANDARD_OBJECTS] = application();
+static PARTS_50: &[&[Row]] = &[STANDARD, &APPLICATION_50];
+static PARTS_500: &[&[Row]] = &[STANDARD, &APPLICATION_500];
 
 static OBJECTS_50: Dictionary<{ dictionary::count(PARTS_50) }> = dictionary::layout(PARTS_50);
 static OBJECTS_500: Dictionary<{ dictionary::count(PARTS_500) }> = dictionary::layout(PARTS_500);
