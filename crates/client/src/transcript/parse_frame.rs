@@ -25,11 +25,13 @@ pub(super) fn frame(
     used: impl Fn(&Pattern) -> Use,
     names: &mut Names,
 ) -> Result<(Pattern, Use), SyntaxError> {
+    cursor.skip_blanks();
+    let begin = cursor.at();
     let mut pattern = identifier(cursor)?;
     let used = used(&pattern);
     if pattern.id_mask != full_mask(pattern.is_extended) && used != Use::Ignored {
         return Err(cursor.error(
-            0,
+            begin,
             "a mask on the identifier",
             "only \"ignore\" takes one; write the identifier alone",
         ));

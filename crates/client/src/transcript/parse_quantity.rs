@@ -88,31 +88,32 @@ pub(super) fn assertion(cursor: &mut Cursor<'_>) -> Result<Assertion, SyntaxErro
         return Err(cursor.error(quantity.at, "no quantity", form));
     }
     let sign = cursor.word();
-    let value = number(cursor)?;
-    let comparison = match sign.text {
-        ">" => Comparison::Above(value),
-        ">=" => Comparison::AtLeast(value),
-        "<" => Comparison::Below(value),
-        "<=" => Comparison::AtMost(value),
-        "=" => {
-            let word = cursor.word();
-            if word.text != "+-" {
-                return Err(cursor.error(
-                    word.at,
-                    "no tolerance",
-                    "a measured value is never exact: write \"= 48 +- 0.1 V\"",
-                ));
-            }
-            Comparison::Near {
-                value,
-                tolerance: number(cursor)?,
-            }
-        }
+    let compare: fn(f64) -> Comparison = match sign.text {
+        ">" => Comparison::Above,
+        ">=" => Comparison::AtLeast,
+        "<" => Comparison::Below,
+        "<=" => Comparison::AtMost,
+        "=" => |value| Comparison::Near {
+            value,
+            tolerance: 0.0,
+        },
         _ => {
             let message = format!("\"{}\" is not a comparison", sign.text);
             return Err(cursor.error(sign.at, message, "write >, >=, <, <= or = with +-"));
         }
     };
+    let mut comparison = compare(number(cursor)?);
+    if let Comparison::Near { tolerance, .. } = &mut comparison {
+        let word = cursor.word();
+        if word.text != "+-" {
+            return Err(cursor.error(
+                word.at,
+                "no tolerance",
+                "a measured value is never exact: write \"= 48 +- 0.1 V\"",
+            ));
+        }
+        *tolerance = number(cursor)?;
+    }
     Ok(Assertion {
         node,
         quantity: quantity.text.to_ascii_lowercase(),

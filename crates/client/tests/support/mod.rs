@@ -30,8 +30,8 @@ pub(crate) fn frame(text: &str) -> Frame {
 pub(crate) struct Scripted {
     pub(crate) now_ns: u64,
     pub(crate) sent: Vec<String>,
-    answers: VecDeque<(String, Vec<(u64, Frame)>)>,
-    coming: Vec<(u64, Frame)>,
+    pub(crate) answers: VecDeque<(String, Vec<(u64, Frame)>)>,
+    pub(crate) coming: Vec<(u64, Frame)>,
     pub(crate) quantities: Vec<(&'static str, f64, &'static str)>,
     pub(crate) broken: bool,
 }
