@@ -8,11 +8,13 @@
 //! Only expedited SDO transfers (up to four bytes) are offered yet; a server that begins a
 //! segmented one gets an abort and the caller [`sdo::Cause::NotExpedited`].
 
+pub mod axis;
 mod block_on;
 mod client;
 pub mod decode;
 mod link;
 mod nmt;
+pub mod pdo;
 pub mod scan;
 pub mod sdo;
 pub mod transcript;

@@ -29,7 +29,7 @@ pub enum Reading {
 pub trait Physics {
     /// A quantity of `node` at the link's present time. `docs/transcripts.md` lists the names and
     /// units that a virtual drive offers.
-    fn quantity(&self, node: NodeId, name: &str) -> Reading;
+    fn quantity(&mut self, node: NodeId, name: &str) -> Reading;
 }
 
 /// A link behind which there is no plant that could be asked: a real bus. Physical assertions are
@@ -38,7 +38,7 @@ pub trait Physics {
 pub struct WithoutPhysics<L>(pub L);
 
 impl<L> Physics for WithoutPhysics<L> {
-    fn quantity(&self, _: NodeId, _: &str) -> Reading {
+    fn quantity(&mut self, _: NodeId, _: &str) -> Reading {
         Reading::NoPlant
     }
 }

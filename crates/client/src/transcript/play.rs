@@ -378,8 +378,9 @@ impl<'a, B: Link + Physics> Player<'a, B> {
             comparison,
             unit,
         } = assertion;
+        let reading = self.bench.quantity(*node, quantity);
         let unplayable = |cause: String| Err(self.failure(step, FailureKind::Unplayable { cause }));
-        let (value, own_unit) = match self.bench.quantity(*node, quantity) {
+        let (value, own_unit) = match reading {
             Reading::Value { value, unit } => (value, unit),
             Reading::NoPlant => {
                 let text = step.text.clone();

@@ -247,7 +247,7 @@ impl fmt::Display for Report {
             write!(f, ", {} ignored", self.ignored)?;
         }
         if self.assertions > 0 {
-            write!(f, ", {} physical assertions hold", self.assertions)?;
+            write!(f, ", physical assertions that hold: {}", self.assertions)?;
         }
         write!(f, ", {}", duration(self.duration_ns))?;
         for misprint in &self.misprints {

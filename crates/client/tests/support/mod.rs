@@ -101,7 +101,7 @@ impl Link for Scripted {
 }
 
 impl Physics for Scripted {
-    fn quantity(&self, node: NodeId, name: &str) -> Reading {
+    fn quantity(&mut self, node: NodeId, name: &str) -> Reading {
         if self.quantities.is_empty() {
             return Reading::NoPlant;
         }
@@ -335,7 +335,7 @@ impl Link for Nodes {
 }
 
 impl Physics for Nodes {
-    fn quantity(&self, _: NodeId, _: &str) -> Reading {
+    fn quantity(&mut self, _: NodeId, _: &str) -> Reading {
         Reading::NoPlant
     }
 }
