@@ -88,9 +88,7 @@ fn main() {
             println!("{ms:3} ms  in   {:22} {what}", frame.to_string());
             node.receive(&frame, now, &mut pump);
         }
-        if now >= node.next_deadline() {
-            node.poll(now);
-        }
+        node.poll(now); // needed at `node.next_deadline()` only; more often does no harm
         while let Some(frame) = node.transmit() {
             println!("{ms:3} ms  out  {frame}"); // on a microcontroller: your CAN driver
         }

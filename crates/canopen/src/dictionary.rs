@@ -191,6 +191,10 @@ const fn check(row: &Row) {
                 text.len() <= 4,
                 "text longer than an expedited transfer carries"
             );
+            assert!(
+                !row.maps_rpdo && !row.maps_tpdo,
+                "text stays in flash, so no PDO can map it"
+            );
         }
     }
 }

@@ -166,3 +166,45 @@ impl Outbox {
         self.overwritten
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Identifiers that change while frames wait change the order, not what waits or is held.
+    #[test]
+    fn identifiers_change_while_frames_wait() {
+        for hold in [false, true] {
+            let mut outbox = Outbox::EMPTY;
+            for (slot, id) in [
+                (Slot::BootUp, 0x705),
+                (Slot::Emergency, 0x085),
+                (Slot::Sdo, 0x585),
+                (Slot::Heartbeat, 0x705),
+                (Slot::Tpdo(0), 0x185),
+                (Slot::Tpdo(3), 0x485),
+            ] {
+                outbox.set_id(slot, id);
+            }
+            for slot in [Slot::Heartbeat, Slot::Emergency, Slot::Sdo, Slot::Tpdo(3)] {
+                outbox.post(slot);
+            }
+            outbox.hold_emergencies(hold);
+            outbox.set_id(Slot::Emergency, 0x485);
+            outbox.set_id(Slot::Tpdo(3), 0x086);
+            let mut order = core::iter::from_fn(|| outbox.take());
+            assert_eq!(order.next(), Some((Slot::Tpdo(3), 0x086)));
+            if !hold {
+                assert_eq!(order.next(), Some((Slot::Emergency, 0x485)));
+            }
+            assert_eq!(order.next(), Some((Slot::Sdo, 0x585)));
+            assert_eq!(order.next(), Some((Slot::Heartbeat, 0x705)));
+            assert_eq!(order.next(), None);
+            assert!(outbox.is_empty());
+            outbox.hold_emergencies(false);
+            let held = hold.then_some((Slot::Emergency, 0x485));
+            assert_eq!(outbox.take(), held);
+            assert_eq!(outbox.overwritten(), 0);
+        }
+    }
+}

@@ -455,12 +455,16 @@ fn later() {
     assert_eq!(bench.sdo(&[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]), None);
     assert_eq!(answer(&mut bench, Ok(())), []);
 
-    // The node is stopped: no answer, then or later.
-    assert_eq!(bench.sdo(&store), None);
-    bench.nmt(0x02);
-    assert_eq!(answer(&mut bench, Ok(())), []);
-    bench.nmt(0x80);
-    assert_eq!(answer(&mut bench, Ok(())), []);
+    // The node is stopped: no answer, then or when it is no longer.
+    for complete_in_stopped in [true, false] {
+        assert_eq!(bench.sdo(&store), None);
+        bench.nmt(0x02);
+        if complete_in_stopped {
+            assert_eq!(answer(&mut bench, Ok(())), []);
+        }
+        bench.nmt(0x80);
+        assert_eq!(answer(&mut bench, Ok(())), []);
+    }
 
     // The echo of a JPL-like device survives the wait.
     let mut bench = Bench::new(&ECHOING);

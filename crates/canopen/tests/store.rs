@@ -36,6 +36,7 @@ const NEWER_PARTS: &[&[Row]] = &[&[
         .default_plus_node(0x80)
         .store(Group::Communication),
     u32(0x1017, 0, "Grown").rw().store(Group::Communication),
+    u8(0x2000, 1, "No longer stored").rw(),
     i16(0x2000, 2, "Narrower")
         .rw()
         .range(-5, 5)
@@ -240,7 +241,7 @@ fn another_layout() {
     let mut newer = Image::new(&mut bytes);
     NEWER.table().defaults(&mut newer, node(5));
     let loaded = store::load(&NEWER.table(), &mut newer, &stored);
-    // 0x2000,2, 0x2001,1, 0x2001,2 and 0x2003 fit; 0x1017 has grown, 0x2000,1 and 0x2001,3 are gone.
+    // 0x2000,2, 0x2001,1, 0x2001,2 and 0x2003 fit; 0x1017 has grown, 0x2000,1 is not stored, 0x2001,3 is gone.
     assert_eq!(
         loaded,
         Ok(Loaded {
@@ -253,6 +254,7 @@ fn another_layout() {
     };
     assert_eq!(raw(&newer, 0x2000, 2), 0xFFFE);
     assert_eq!(raw(&newer, 0x1017, 0), 0);
+    assert_eq!(raw(&newer, 0x2000, 1), 0);
     let out_of_range = save(&image(&[(0x2000, 2, 7)]), Request::All, &[]);
     store::load(&NEWER.table(), &mut newer, &out_of_range).expect("no damage");
     assert_eq!(raw(&newer, 0x2000, 2), 0xFFFE, "7 is over 5");

@@ -17,6 +17,8 @@ pub(crate) struct Copy {
     pub(crate) row: u16,
     /// First bit within the PDO: 0 to 56.
     shift: u8,
+    /// Bits that the object has fewer than 32: 0, 16 or 24.
+    unused_bits: u8,
     pub(crate) sub: u8,
     pub(crate) class: u8,
     /// Its owner is asked: such copies come last.
@@ -42,9 +44,8 @@ pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<
         Direction::Receive => found.maps_rpdo(),
         Direction::Transmit => found.maps_tpdo(),
     };
-    // The length must be the object's (CiA 301 7.5.2.36; the P3's PDOs are byte-wise, l.79); text
-    // has none that an image holds.
-    if !mappable || bits == 0 || bits != found.field.size() * 8 {
+    // The length must be the object's (CiA 301 7.5.2.36; the P3's PDOs are byte-wise, l.79).
+    if !mappable || bits != found.field.size() * 8 {
         return Err(Abort::NOT_MAPPABLE);
     }
     Ok(found)
@@ -78,7 +79,7 @@ impl Copy {
     /// The object's bytes among four.
     #[inline]
     fn mask(&self) -> u32 {
-        u32::MAX.wrapping_shr(32 - 8 * u32::from(self.field.size() & 7))
+        u32::MAX >> (self.unused_bits & 31)
     }
 }
 
@@ -88,6 +89,7 @@ impl Mapping {
             field: Field::new(0, crate::DataType::U8),
             row: 0,
             shift: 0,
+            unused_bits: 24,
             sub: 0,
             class: 0,
             asks: false,
@@ -123,6 +125,7 @@ impl Mapping {
                 field: found.field,
                 row: found.row,
                 shift: mapping.bytes * 8,
+                unused_bits: 32 - 8 * size,
                 sub: (entry >> 8) as u8,
                 class: found.class,
                 asks: found.has(flag::ASKS),
