@@ -44,11 +44,9 @@ impl Frame {
     pub fn classic(id: u16, data: [u8; 8], len: u8) -> Frame {
         let len = if len > 8 { 8 } else { len };
         // Clear what lies past the length, so that equality means equality on the wire.
-        let keep = if len == 0 {
-            0
-        } else {
-            u64::MAX >> (64 - 8 * u32::from(len))
-        };
+        // In two steps, because a shift by all 64 bits is none.
+        let half = 32 - 4 * u32::from(len);
+        let keep = u64::MAX >> half >> half;
         let data = (u64::from_le_bytes(data) & keep).to_le_bytes();
         Frame {
             key: u32::from(id & 0x7FF),
