@@ -30,9 +30,9 @@ impl Mapped {
 
     /// The mapping entry: index, sub-index, length in bits (CiA 301 7.5.2.36).
     fn entry(self) -> u32 {
-        u32::from(self.object.index) << 16
-            | u32::from(self.object.sub) << 8
-            | 8 * u32::from(self.data_type.size())
+        let [index_low, index_high] = self.object.index.to_le_bytes();
+        let bits = 8 * self.data_type.size();
+        u32::from_le_bytes([bits, self.object.sub, index_low, index_high])
     }
 }
 
