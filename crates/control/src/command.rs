@@ -30,7 +30,8 @@ pub struct Command<R: Real> {
     /// Slope of `current`, A/s.
     pub current_slope: R,
     /// Control periods for which the slopes hold. Afterwards the demand stays: the velocity of a
-    /// position demand becomes 0, any other velocity or current stays what it has become.
+    /// position demand becomes 0 two periods later, so that a successor may be late by these; any
+    /// other velocity or current stays what it has become.
     pub periods: R::Count,
     /// Greatest current, A, not negative.
     pub current_limit: R,

@@ -2,6 +2,11 @@
 
 use crate::{Command, Real};
 
+/// Periods for which the slope of a position demand still feeds forward when its segment has ended
+/// and none follows, while the position rests at the segment's end. A set-point that comes a little
+/// late, as SYNC and frames do, then makes no pulse of current.
+const PATIENCE: i32 = 2;
+
 /// Where the demand stands and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Demand<R: Real> {
@@ -11,7 +16,7 @@ pub(crate) struct Demand<R: Real> {
     pub(crate) current: R,
     acceleration: R,
     current_slope: R,
-    /// Periods for which the slopes still hold.
+    /// Periods for which the slopes still hold; below 0, for how many they have not.
     left: R::Count,
     /// The velocity is the slope of a position demand.
     of_position: R::Mask,
@@ -61,10 +66,10 @@ impl<R: Real> Demand<R> {
         self.fraction = fraction.sane().least(R::splat(BELOW_ONE)).greatest(zero);
         self.current += R::select(moving, self.current_slope * period_s, zero);
 
+        let goes_on = R::splat((1 - PATIENCE) as f32).lt(R::of_count(self.left));
         let left = R::count_sub(self.left, R::count(1));
-        self.left = R::count_select(moving, left, self.left);
-        let rests = self.of_position & !zero.lt(R::of_count(self.left));
-        self.velocity = R::select(rests, zero, self.velocity + gain);
+        self.left = R::count_select(goes_on, left, self.left);
+        self.velocity = R::select(self.of_position & !goes_on, zero, self.velocity + gain);
     }
 
     /// Turns the user's direction round where `mask` is true. To within a count: the whole counts
@@ -131,9 +136,11 @@ mod tests {
                 let wanted = exact(&command, period.min(20));
                 assert!((got - wanted).abs() < 1e-4, "{got} {wanted}");
                 assert!((0.0..1.0).contains(&demand.fraction));
-                if period >= 20 {
+                // The slope still feeds forward for the two periods after the end.
+                if period >= 22 {
                     assert_eq!(demand.velocity, 0.0);
                 } else {
+                    let period = period.min(20);
                     let slope =
                         f64::from(velocity) + f64::from(acceleration) * 50e-6 * f64::from(period);
                     assert!((f64::from(demand.velocity) - slope).abs() < 1.0);

@@ -20,6 +20,15 @@ pub struct Feedback<R: Real> {
     pub demand_position: R::Count,
     /// Position demand beyond the whole counts, 0 to 1.
     pub demand_fraction: R,
+    /// Position demand of the next period if no other segment is loaded, whole counts.
+    pub next_position: R::Count,
+    /// The same beyond the whole counts, 0 to below 1.
+    pub next_fraction: R,
+    /// Slope of the position demand, or the velocity demand, of the next period, counts/s; without
+    /// offset, and before any limit. At the very end of a segment still its slope.
+    pub next_velocity: R,
+    /// Current demand or feed-forward of the next period, before any limit, A.
+    pub next_current_a: R,
     /// Demand − actual, counts.
     pub following_error: R,
     /// Velocity demand after its limit, counts/s; the velocity itself while no loop is closed.
@@ -60,6 +69,10 @@ impl<R: Real> Feedback<R> {
             current_d_a: zero,
             demand_position: none,
             demand_fraction: zero,
+            next_position: none,
+            next_fraction: zero,
+            next_velocity: zero,
+            next_current_a: zero,
             following_error: zero,
             demand_velocity: zero,
             demand_current_a: zero,

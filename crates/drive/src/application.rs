@@ -188,14 +188,19 @@ impl Application {
 
     fn actual(&self) -> Actual {
         let feedback = &self.feedback;
+        // The demand that counts is the next period's. The position moves along with it, so that
+        // their difference stays the following error of one moment.
+        let moved = feedback
+            .next_position
+            .wrapping_sub(feedback.demand_position);
         Actual {
-            position: feedback.position,
+            position: feedback.position.wrapping_add(moved),
             velocity: feedback.velocity_reported,
             torque_pm: feedback.current_q_a * self.loops.pm_per_ampere,
-            demand_position: feedback.demand_position,
-            demand_fraction: feedback.demand_fraction,
-            demand_velocity: feedback.demand_velocity,
-            demand_torque_pm: feedback.demand_current_a * self.loops.pm_per_ampere,
+            demand_position: feedback.next_position,
+            demand_fraction: feedback.next_fraction,
+            demand_velocity: feedback.next_velocity,
+            demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
             limited: feedback.current_limited
                 || feedback.velocity_limited
                 || feedback.voltage_limited,
