@@ -195,6 +195,19 @@ impl Axis {
         }
     }
 
+    /// Every position has become `offset` counts greater, because the actual position got another
+    /// name (the P3's 0x6064). The axis stays where it is, and a move ends where it would have.
+    /// The owner renames the position in the control half at the same moment.
+    pub fn preset_position(&mut self, offset: i32) {
+        self.motion.generator_mut().shift(offset);
+        if let Some(stop) = &mut self.quick_stop {
+            stop.shift(offset);
+        }
+        if let Demand::Position { start, .. } = &mut self.demand {
+            *start = start.wrapping_add(offset);
+        }
+    }
+
     /// A fault was noticed: transition 13. The motor is free at once; transition 14 follows with
     /// the next tick.
     pub fn fault(&mut self) {

@@ -60,6 +60,9 @@ pub(crate) trait Generator {
     /// One millisecond more; the demand of the next one, or `None` to go on with the present one.
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand>;
 
+    /// Positions have become `offset` counts greater; the axis stays where it is.
+    fn shift(&mut self, _offset: i32) {}
+
     /// The mode's statusword bits.
     fn bits(&self) -> Bits;
 

@@ -60,6 +60,11 @@ impl Path {
         };
     }
 
+    /// The same path in positions that are `offset` counts greater.
+    pub(crate) fn shift(&mut self, offset: i32) {
+        self.origin = self.origin.saturating_add(i64::from(offset));
+    }
+
     fn time(&self) -> f64 {
         self.ticks as f64 * TICK_S
     }

@@ -114,6 +114,13 @@ impl QuickStop {
         }
     }
 
+    /// Positions have become `offset` counts greater.
+    pub(crate) fn shift(&mut self, offset: i32) {
+        if let Stage::Path { path, .. } = &mut self.stage {
+            path.shift(offset);
+        }
+    }
+
     pub(crate) fn code(&self) -> OptionCode {
         self.code
     }

@@ -108,10 +108,7 @@ impl Application {
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             parameters_are_valid: self.parameter_error.is_none(),
-            enabled: matches!(
-                self.axis.state(),
-                State::OperationEnabled | State::QuickStopActive
-            ),
+            enabled: self.is_powered(),
         };
         if self.faults.judge(image, &seen) {
             self.axis.fault();
@@ -186,6 +183,13 @@ impl Application {
         }
     }
 
+    fn is_powered(&self) -> bool {
+        matches!(
+            self.axis.state(),
+            State::OperationEnabled | State::QuickStopActive
+        )
+    }
+
     fn actual(&self) -> Actual {
         let feedback = &self.feedback;
         // The demand that counts is the next period's. The position moves along with it, so that
@@ -210,6 +214,10 @@ impl Application {
     }
 
     fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
+        // A limit or rate that came in the same RPDO counts already.
+        if word != self.axis.controlword().0 {
+            self.configuration = read_configuration(image, &self.personality.axis);
+        }
         let targets = read_targets(image, &self.personality.axis);
         let actual = self.actual();
         let outcome = self
@@ -233,6 +241,15 @@ impl Application {
             Ok(()) => Verdict::Accept,
             Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
             Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    /// A change of direction under power would turn the demand round.
+    fn write_polarity(&self, polarity: i8) -> Verdict {
+        match polarity {
+            1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
+            1 | -1 => Verdict::Accept,
+            _ => Verdict::Refuse(Abort::INVALID_VALUE),
         }
     }
 
@@ -267,13 +284,17 @@ impl Owner for Application {
         }
         let raw = u32::from_le_bytes(raw);
         if self.personality.presets_position == Some(object) {
-            self.new_position = Some(raw as i32);
+            let position = raw as i32;
+            self.new_position = Some(position);
+            self.axis
+                .preset_position(position.wrapping_sub(self.feedback.position));
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
+            (0x7E, 0) => return self.write_polarity(raw as i8),
             _ => {}
         }
         match object.index {

@@ -5,6 +5,8 @@ use cia402::Conditions;
 use control::Feedback;
 use personalities::{Cause, FaultRow, Kind, States, Switch};
 
+use crate::configuration::value;
+
 /// How long the motor supply must be beyond its limit (P3 l.1043), ns.
 const SUPPLY_FILTER_NS: u64 = 450_000_000;
 
@@ -52,7 +54,8 @@ pub(crate) struct FaultManager {
     /// Errors that have come and gone, waiting to be announced.
     raised: u32,
     cleared: u32,
-    last_sync: Option<Instant>,
+    /// The last SYNC, or when the time-out was switched on.
+    sync_since: Option<Instant>,
     supply_high_since: Option<Instant>,
     supply_low_since: Option<Instant>,
 }
@@ -65,7 +68,7 @@ impl FaultManager {
             events: health,
             raised: 0,
             cleared: 0,
-            last_sync: None,
+            sync_since: None,
             supply_high_since: None,
             supply_low_since: None,
         }
@@ -81,7 +84,7 @@ impl FaultManager {
 
     /// A SYNC was received.
     pub(crate) fn sync(&mut self, now: Instant) {
-        self.last_sync = Some(now);
+        self.sync_since = Some(now);
     }
 
     /// Judges every row. Whether a fault has newly come.
@@ -95,9 +98,11 @@ impl FaultManager {
                 States::All => true,
                 States::OperationEnabled => seen.enabled,
             };
-            let there = is_possible(image, row.switch)
-                && looked_for
-                && self.is_there(image, row, seen, events);
+            let possible = is_possible(image, row.switch) && looked_for;
+            if !possible {
+                self.forget(row.cause);
+            }
+            let there = possible && self.is_there(image, row, seen, events);
             let active = self.active & mask != 0;
             if there && !active {
                 self.active |= mask;
@@ -175,6 +180,16 @@ impl FaultManager {
             .map(|(_, row)| row)
     }
 
+    /// A cause that is not looked for starts its time anew when it is again.
+    fn forget(&mut self, cause: Cause) {
+        match cause {
+            Cause::BusOverVoltage => self.supply_high_since = None,
+            Cause::BusUnderVoltage => self.supply_low_since = None,
+            Cause::SyncLoss => self.sync_since = None,
+            _ => {}
+        }
+    }
+
     /// Whether the cause of a row is there now. Causes that nothing senses yet never are.
     fn is_there(
         &mut self,
@@ -187,7 +202,7 @@ impl FaultManager {
         let feedback = seen.feedback;
         let now = seen.now;
         let threshold = match row.switch {
-            Switch::Object(field) => image.real(field),
+            Switch::Object(object) => value(image, object),
             _ => 0.0,
         };
         match row.cause {
@@ -196,19 +211,18 @@ impl FaultManager {
             Cause::CanOverrun => events.can_overrun,
             Cause::BusOffRecovered => events.bus_off_recovered,
             Cause::CurrentLimit => feedback.i2t_active,
-            // Limits of the supply stand in units of 0.1 V.
             Cause::BusOverVoltage => {
-                let beyond = feedback.bus_voltage_v > threshold * 0.1;
+                let beyond = feedback.bus_voltage_v > threshold;
                 lasts(&mut self.supply_high_since, beyond, now, SUPPLY_FILTER_NS)
             }
             Cause::BusUnderVoltage => {
-                let beyond = feedback.bus_voltage_v < threshold * 0.1;
+                let beyond = feedback.bus_voltage_v < threshold;
                 lasts(&mut self.supply_low_since, beyond, now, SUPPLY_FILTER_NS)
             }
             Cause::AmplifierTemperature => feedback.temperature_c > threshold,
             Cause::SyncLoss => {
-                let since = *self.last_sync.get_or_insert(now);
-                now.since_ns(since) as f32 > threshold * 1e6
+                let since = *self.sync_since.get_or_insert(now);
+                now.since_ns(since) as f32 > threshold * 1e9
             }
             Cause::VelocityTrackingWarning => conditions.velocity_warning,
             Cause::VelocityTrackingFault => conditions.velocity_fault,
@@ -218,7 +232,7 @@ impl FaultManager {
             Cause::VelocityLimit => match row.switch {
                 Switch::Either(above, below) => {
                     let speed = control::Real::abs(feedback.velocity_reported);
-                    let (above, below) = (image.real(above), image.real(below));
+                    let (above, below) = (value(image, above), value(image, below));
                     (above > 0.0 && speed > above) || (below > 0.0 && speed < below)
                 }
                 _ => false,
@@ -243,8 +257,8 @@ fn is_possible(image: &Image<'_>, switch: Switch) -> bool {
     match switch {
         Switch::Always => true,
         Switch::Off => false,
-        Switch::Object(field) => image.raw(field) != 0,
-        Switch::Either(one, other) => image.raw(one) != 0 || image.raw(other) != 0,
+        Switch::Object(object) => image.raw(object.field) != 0,
+        Switch::Either(one, other) => image.raw(one.field) != 0 || image.raw(other.field) != 0,
     }
 }
 

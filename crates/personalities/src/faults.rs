@@ -1,6 +1,6 @@
 //! The errors that a drive announces.
 
-use canopen::Field;
+use crate::Scaled;
 
 /// Whether an error stops the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,10 +25,11 @@ pub enum States {
 pub enum Switch {
     /// It cannot be switched off.
     Always,
-    /// Off unless this object is other than 0; the object is the threshold, too.
-    Object(Field),
+    /// Off unless this object is other than 0; the object is the threshold, too, in V, °C, s,
+    /// counts or counts/s.
+    Object(Scaled),
     /// Off unless one of these objects is other than 0: the upper and the lower threshold.
-    Either(Field, Field),
+    Either(Scaled, Scaled),
     /// No object enables it (P46), and it is off.
     Off,
 }

@@ -31,13 +31,23 @@ pub struct DriveSettings {
     pub store: ParameterStore,
 }
 
+/// How much of the motor's friction a virtual drive's shaft has. The friction of the motor's figures
+/// is a twentieth of its rated torque and no object of the drive tells of it; with this share a
+/// master that computes with the drive's own torque constant and inertia finds the acceleration that
+/// it computed, also for a tenth of rated torque. A shaft with more is made by [`Parameters::load`].
+const FRICTION_SHARE: f64 = 0.02;
+
 impl DriveSettings {
-    /// A drive with the usual motor and an empty store in memory.
+    /// A drive with the usual motor, turning freely, and an empty store in memory.
     pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
+        let mut plant = Parameters::default();
+        plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
+        plant.motor.static_friction_nm *= FRICTION_SHARE;
+        plant.motor.viscous_friction_nms *= FRICTION_SHARE;
         DriveSettings {
             node,
             personality,
-            plant: Parameters::default(),
+            plant,
             store: ParameterStore::memory(Vec::new()),
         }
     }

@@ -126,6 +126,14 @@ impl Generator for CyclicPosition {
         }
     }
 
+    fn shift(&mut self, offset: i32) {
+        match &mut self.stage {
+            Stage::Waiting { path, .. } => path.shift(offset),
+            Stage::Following => {}
+            Stage::Limited { target } => *target = target.wrapping_add(offset),
+        }
+    }
+
     fn bits(&self) -> Bits {
         let follows = !matches!(self.stage, Stage::Waiting { .. });
         Bits {

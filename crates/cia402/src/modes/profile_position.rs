@@ -210,6 +210,14 @@ impl Generator for ProfilePosition {
         Some(self.path.tick())
     }
 
+    fn shift(&mut self, offset: i32) {
+        self.path.shift(offset);
+        // A move goes on to the same place. A buffered set-point counts in the new positions.
+        if let Some(active) = &mut self.active {
+            active.target = active.target.saturating_add(i64::from(offset));
+        }
+    }
+
     fn bits(&self) -> Bits {
         Bits {
             target_reached: self.reached,

@@ -4,7 +4,7 @@ use canopen::Group::Application;
 use canopen::Row;
 use canopen::row::{u8, u16, u32};
 
-use super::OBJECTS_CONST;
+use super::{plain, scaled};
 use crate::class::{CONFIGURATION, CONTROL};
 use crate::{Cause, FaultRow, Kind, States, Switch};
 
@@ -75,14 +75,15 @@ const fn row(
 }
 
 const fn by(index: u16, sub: u8) -> Switch {
-    Switch::Object(OBJECTS_CONST.need(index, sub))
+    Switch::Object(plain(index, sub))
+}
+
+const fn by_scaled(index: u16, sub: u8, scale: f32) -> Switch {
+    Switch::Object(scaled(index, sub, scale))
 }
 
 const fn either(index: u16, sub: u8, other: u16, other_sub: u8) -> Switch {
-    Switch::Either(
-        OBJECTS_CONST.need(index, sub),
-        OBJECTS_CONST.need(other, other_sub),
-    )
+    Switch::Either(plain(index, sub), plain(other, other_sub))
 }
 
 use Kind::{Fault, Warning};
@@ -129,7 +130,7 @@ pub(super) const TABLE: &[FaultRow] = &[
         2,
         6,
         All,
-        by(0x2384, 6),
+        by_scaled(0x2384, 6, 0.1),
     ),
     row(
         Cause::BusUnderVoltage,
@@ -138,7 +139,7 @@ pub(super) const TABLE: &[FaultRow] = &[
         2,
         7,
         All,
-        by(0x2384, 7),
+        by_scaled(0x2384, 7, 0.1),
     ),
     row(
         Cause::AmplifierTemperature,
@@ -159,7 +160,15 @@ pub(super) const TABLE: &[FaultRow] = &[
         by(0x220A, 0),
     ),
     row(Cause::CanOverrun, 0x8110, Fault, 4, 10, All, by(0x2404, 0)),
-    row(Cause::SyncLoss, 0x8180, Fault, 4, 11, All, by(0x2406, 0)),
+    row(
+        Cause::SyncLoss,
+        0x8180,
+        Fault,
+        4,
+        11,
+        All,
+        by_scaled(0x2406, 0, 1e-3),
+    ),
     row(
         Cause::BusOffRecovered,
         0x8140,

@@ -229,7 +229,8 @@ pub(super) const AXIS_ROWS: &[Row] = &[
             .default(23),
     )
     .tells(CONTROL),
-    parameter(i8(0x607E, 0, "User polarity").range(-1, 1).default(1)), // P23
+    // P23; not while the motor is under power.
+    parameter(i8(0x607E, 0, "User polarity").range(-1, 1).default(1)).asks(),
     // P22, P57: the motor's full speed at 48 V is about 13,000 rpm, 890,000 cts/s.
     limit(
         i32(0x6080, 0, "No-load speed")
