@@ -5,6 +5,7 @@ use canopen::Row;
 use canopen::row::{i8, i16, i32, text, u8, u16, u32};
 
 /// "Communication".
+#[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
     i8(0x0002, 0, "Dummy entry").rw().rpdo().tpdo(),
     i16(0x0003, 0, "Dummy entry").rw().rpdo().tpdo(),
@@ -13,52 +14,30 @@ pub(super) const ROWS: &[Row] = &[
     u16(0x0006, 0, "Dummy entry").rw().rpdo().tpdo(),
     u32(0x0007, 0, "Dummy entry").rw().rpdo().tpdo(),
     // No additional information, profile 402 (CiA 301 7.5.2.1; 3.1 "Device type").
-    u32(0x1000, 0, "Device type")
-        .constant()
-        .default(0x0002_0192),
+    u32(0x1000, 0, "Device type").constant().default(0x0002_0192),
     u8(0x1001, 0, "Error bitfield").tpdo(),
     u32(0x1002, 0, "Manufacturer status register").tpdo(),
     u8(0x1003, 0, "Error history, record count"),
     u32(0x1003, 1, "Error history").subs(8),
-    u32(0x1005, 0, "Sync COB ID")
-        .rw()
-        .default(0x80)
-        .store(Communication),
+    u32(0x1005, 0, "Sync COB ID").rw().default(0x80).store(Communication),
     u32(0x1006, 0, "Sync period").unit("us"),
     text(0x1008, 0, "Manufacturer device name", "P3"),
     text(0x1009, 0, "Manufacturer hardware version", "sim"),
     text(0x100A, 0, "Manufacturer software version", "0.1"),
     // Reading 1 says "stores on command" (CiA 301 7.5.2.13).
     u32(0x1010, 1, "Save all").rw().asks().default(1),
-    u32(0x1010, 2, "Save communication parameters")
-        .rw()
-        .asks()
-        .default(1),
-    u32(0x1010, 3, "Save application parameters")
-        .rw()
-        .asks()
-        .default(1),
+    u32(0x1010, 2, "Save communication parameters").rw().asks().default(1),
+    u32(0x1010, 3, "Save application parameters").rw().asks().default(1),
     u32(0x1010, 4, "Save single entry").rw().asks().default(1),
-    u32(0x1014, 0, "Emergency COB ID")
-        .rw()
-        .default_plus_node(0x80)
-        .store(Communication),
+    u32(0x1014, 0, "Emergency COB ID").rw().default_plus_node(0x80).store(Communication),
     // Stored; emergencies are not delayed.
-    u16(0x1015, 0, "Emergency inhibit time")
-        .rw()
-        .unit("100us")
-        .store(Communication),
-    u16(0x1017, 0, "Heartbeat period")
-        .rw()
-        .unit("ms")
-        .store(Communication),
+    u16(0x1015, 0, "Emergency inhibit time").rw().unit("100us").store(Communication),
+    u16(0x1017, 0, "Heartbeat period").rw().unit("ms").store(Communication),
     // Barrett's vendor ID; the other three are this project's, a device's own serial number
     // replaces the last.
     u32(0x1018, 1, "Vendor ID").constant().default(0x408),
     u32(0x1018, 2, "Product code").constant().default(0x5033),
-    u32(0x1018, 3, "Revision number")
-        .constant()
-        .default(0x0001_0000),
+    u32(0x1018, 3, "Revision number").constant().default(0x0001_0000),
     u32(0x1018, 4, "Serial number"),
     u32(0x1200, 1, "SDO receive COB ID").default_plus_node(0x600),
     u32(0x1200, 2, "SDO transmit COB ID").default_plus_node(0x580),
@@ -124,6 +103,7 @@ const RPDO_COUNT: &str = "RPDO mapping, number of mapped objects";
 const TPDO_COUNT: &str = "TPDO mapping, number of mapped objects";
 
 /// "PDO Configuration". The COB-IDs are the predefined ones; no PDO maps anything at first.
+#[rustfmt::skip]
 pub(super) const PDO_ROWS: &[Row] = &[
     rpdo_cob_id(0x1400, 0x200),
     rpdo_type(0x1400),
