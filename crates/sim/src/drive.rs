@@ -89,6 +89,8 @@ pub struct VirtualDrive {
     health: Health,
     /// When the next received frame is handled.
     service_at: Instant,
+    /// No received frame is handled before.
+    stalled_until: Instant,
     boots_at: Instant,
     storing: Option<(store::Request, Instant)>,
     /// Control boundaries are counted from here, so that no rounding adds up.
@@ -118,6 +120,7 @@ impl VirtualDrive {
             store: settings.store,
             health: Health::default(),
             service_at: Instant::NEVER,
+            stalled_until: Instant::ZERO,
             boots_at,
             storing: None,
             epoch: Instant::ZERO,
@@ -226,7 +229,17 @@ impl VirtualDrive {
                 ..Health::default()
             });
         } else if idle {
-            self.service_at = now.plus_ns(self.latency.service_ns());
+            let at = now.plus_ns(self.latency.service_ns());
+            self.service_at = at.max(self.stalled_until);
+        }
+    }
+
+    /// Holds the processor up: frames that come before `until` wait in the receive FIFO. Frames alone
+    /// cannot overrun it: a frame takes at least 47 µs on the wire and at most 12 µs to handle.
+    pub fn stall_until(&mut self, until: Instant) {
+        self.stalled_until = until;
+        if self.service_at != Instant::NEVER {
+            self.service_at = self.service_at.max(until);
         }
     }
 
