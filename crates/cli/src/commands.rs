@@ -1,0 +1,11 @@
+//! The subcommands.
+
+pub(crate) mod monitor;
+pub(crate) mod nmt;
+pub(crate) mod od;
+pub(crate) mod play;
+pub(crate) mod replay;
+pub(crate) mod scan;
+pub(crate) mod sdo;
+pub(crate) mod sim;
+mod stop;

@@ -1,0 +1,270 @@
+//! A simulated bus with its doors and its recording, moved through time.
+
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant as RealTime};
+
+use ::sim::{Bus, Injection, Pacer, Recording, Sender};
+use bus::{Doors, Event};
+use canopen::Instant;
+
+use super::guests::Guests;
+use crate::Failure;
+use crate::commands::stop::Stop;
+
+/// Simulated time that passes at most between two looks at the doors.
+const SLICE_NS: u64 = 20_000_000;
+/// How long a bus is looked at closely after something happened on it.
+const LIVELY_NS: u64 = 3_000_000;
+/// How often then, so that an answer reaches its asker soon after it was on the wire.
+const CLOSE_LOOK: Duration = Duration::from_micros(100);
+/// How often otherwise.
+const LOOK: Duration = Duration::from_millis(1);
+/// Real time that simulated time may lag behind before it is let go.
+const LAG: Duration = Duration::from_millis(250);
+/// How often what was recorded is written to the files.
+const FLUSH: Duration = Duration::from_millis(500);
+
+/// A recording and its place.
+#[derive(Debug)]
+pub(super) struct Log {
+    path: PathBuf,
+    recording: Recording,
+    flushed: RealTime,
+}
+
+impl Log {
+    pub(super) fn new(path: PathBuf, recording: Recording) -> Log {
+        Log {
+            path,
+            recording,
+            flushed: RealTime::now(),
+        }
+    }
+
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut Recording) -> std::io::Result<()>,
+    ) -> Result<(), Failure> {
+        write(&mut self.recording).map_err(|error| lost(&self.path, &error))
+    }
+}
+
+fn lost(path: &std::path::Path, error: &std::io::Error) -> Failure {
+    let path = path.display();
+    Failure::input(format!(
+        "{path}: cannot record any more: {error}; the simulation ends here"
+    ))
+}
+
+/// A simulated bus with its doors and its recording.
+#[derive(Debug)]
+pub(super) struct Stage {
+    bus: Bus,
+    doors: Option<Doors>,
+    guests: Guests,
+    log: Option<Log>,
+    frames: u64,
+    /// When something last happened on the bus.
+    lively_at: Option<Instant>,
+}
+
+impl Stage {
+    pub(super) fn new(bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+        Stage {
+            bus,
+            doors,
+            guests: Guests::default(),
+            log,
+            frames: 0,
+            lively_at: None,
+        }
+    }
+
+    /// Moves time on as fast as it can be computed.
+    pub(super) fn run_fast(&mut self, end: Instant, stop: &Stop) -> Result<(), Failure> {
+        while self.bus.now() < end && !stop.asked() {
+            self.advance(end.min(self.bus.now().plus_ns(SLICE_NS)))?;
+        }
+        Ok(())
+    }
+
+    /// Moves time on at `speed` times real time, and lets programs in and out.
+    pub(super) fn run_paced(
+        &mut self,
+        speed: f64,
+        end: Instant,
+        stop: &Stop,
+    ) -> Result<(), Failure> {
+        let mut pacer = Pacer::start(speed, self.bus.now());
+        let mut pace = Pace::new(speed, self.bus.now());
+        while !stop.asked() {
+            let wanted = pacer.now().min(end);
+            let until = wanted.min(self.bus.now().plus_ns(SLICE_NS));
+            self.advance(until)?;
+            self.admit()?;
+            if until >= end {
+                break;
+            }
+            if pace.is_lost(self.bus.now(), pacer.now()) {
+                pacer = Pacer::start(speed, self.bus.now());
+            } else if until == wanted {
+                self.wait(&pacer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sleeps until it is time to look again, or somebody at a door has something.
+    fn wait(&mut self, pacer: &Pacer) {
+        let now = self.bus.now();
+        let lively = self.bus.outside_waiting() > 0
+            || self
+                .lively_at
+                .is_some_and(|at| now.since_ns(at) < LIVELY_NS);
+        let longest = if lively { CLOSE_LOOK } else { LOOK };
+        // At a high speed the next slice is due earlier.
+        let due = pacer.wait_for(now.plus_ns(SLICE_NS));
+        let pause = longest.min(due);
+        match &mut self.doors {
+            Some(doors) => doors.wait(pause),
+            None => thread::sleep(pause),
+        }
+    }
+
+    /// Moves time to `until` and passes on what happened.
+    fn advance(&mut self, until: Instant) -> Result<(), Failure> {
+        self.bus.run_until(until);
+        for traffic in self.bus.take_traffic() {
+            self.frames += 1;
+            self.lively_at = Some(traffic.at);
+            if let Some(log) = &mut self.log {
+                log.write(|recording| recording.frame(&traffic))?;
+            }
+            let Some(doors) = &mut self.doors else {
+                continue;
+            };
+            let sender = match traffic.sender {
+                Sender::Outside(number) => self.guests.client(number),
+                Sender::Drive(_) => None,
+            };
+            if let Some(client) = sender {
+                doors.grant(client, 1);
+            }
+            doors.deliver(&traffic.frame, traffic.at.0, sender);
+        }
+        for notice in self.bus.take_notices() {
+            eprintln!("{notice}");
+        }
+        if let Some(log) = &mut self.log
+            && log.flushed.elapsed() >= FLUSH
+        {
+            log.flushed = RealTime::now();
+            log.write(Recording::flush)?;
+        }
+        Ok(())
+    }
+
+    /// Takes what happened at the doors; frames get onto the bus from the present time on.
+    fn admit(&mut self) -> Result<(), Failure> {
+        let Some(doors) = &mut self.doors else {
+            return Ok(());
+        };
+        while let Some(event) = doors.take() {
+            match event {
+                Event::Joined {
+                    client,
+                    door,
+                    peer,
+                    listen_only,
+                    bit_rate,
+                } => self
+                    .guests
+                    .join(client, doors, door, peer, listen_only, bit_rate),
+                Event::Left { client, reason } => self.guests.leave(client, &reason),
+                Event::Refused { door, peer, reason } => {
+                    self.guests.refuse(doors, door, peer, &reason);
+                }
+                Event::Frame { client, frame } => {
+                    let Some(client) = self.guests.number(client) else {
+                        continue;
+                    };
+                    let at = self.bus.now();
+                    if let Some(log) = &mut self.log {
+                        log.write(|recording| {
+                            recording.injection(&Injection { at, client, frame })
+                        })?;
+                    }
+                    self.bus.send(client, frame);
+                    self.lively_at = Some(at);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the recording and says what there was.
+    pub(super) fn finish(self, real: Duration) -> Result<String, Failure> {
+        let now = self.bus.now();
+        if let Some(log) = self.log {
+            let finished = log.recording.finish(now);
+            finished.map_err(|error| lost(&log.path, &error))?;
+        }
+        let simulated = now.seconds();
+        let real = real.as_secs_f64();
+        let frames = self.frames;
+        let load = match now.0 {
+            0 => 0.0,
+            ns => 100.0 * self.bus.busy_ns() as f64 / ns as f64,
+        };
+        Ok(format!(
+            "simulated {simulated:.3} s in {real:.3} s, {:.2} times real time; {frames} frames, bus \
+             load {load:.2} %",
+            simulated / real
+        ))
+    }
+}
+
+/// Whether the machine keeps pace.
+#[derive(Debug)]
+struct Pace {
+    speed: f64,
+    /// When simulated time was last where it should be: in reality, and in the simulation.
+    kept: (RealTime, Instant),
+    warned: bool,
+}
+
+impl Pace {
+    fn new(speed: f64, now: Instant) -> Pace {
+        Pace {
+            speed,
+            kept: (RealTime::now(), now),
+            warned: false,
+        }
+    }
+
+    /// Whether so much time has been lost that it should be given up, rather than made up for by
+    /// running too fast later. Warns once.
+    fn is_lost(&mut self, now: Instant, wanted: Instant) -> bool {
+        let lag_ns = wanted.since_ns(now) as f64 / self.speed;
+        if lag_ns < SLICE_NS as f64 {
+            self.kept = (RealTime::now(), now);
+        }
+        if lag_ns < LAG.as_nanos() as f64 {
+            return false;
+        }
+        if !self.warned {
+            self.warned = true;
+            let (kept_real, kept) = self.kept;
+            let took = kept_real.elapsed().as_secs_f64();
+            let ratio = now.since_ns(kept) as f64 * 1e-9 / self.speed / took;
+            eprintln!(
+                "warning: this machine cannot keep the pace: for {took:.2} s simulated time ran at \
+                 {ratio:.2} of the speed asked for, and it falls behind; use fewer drives, a lower \
+                 --speed, or a release build"
+            );
+        }
+        self.kept = (RealTime::now(), now);
+        true
+    }
+}

@@ -1,0 +1,107 @@
+//! The way to a bus behind an endpoint, in real time.
+
+use std::time::{Duration, Instant as RealTime};
+
+use bus::{Connection, ConnectionError, Endpoint};
+use can::Frame;
+use canopen::Instant;
+use client::{Link, LinkError};
+
+use crate::Failure;
+
+/// Where the bus is that a subcommand talks to.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct WireArguments {
+    /// The bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT.
+    #[arg(
+        long,
+        value_name = "ENDPOINT",
+        default_value = "socketcand://127.0.0.1:29536/can0"
+    )]
+    bus: Endpoint,
+}
+
+impl WireArguments {
+    /// Connects and runs `work` on the connection, in a runtime of this thread.
+    ///
+    /// # Errors
+    /// The bus cannot be reached (exit code 2), or what `work` says.
+    pub(crate) fn run<T>(
+        &self,
+        work: impl AsyncFnOnce(Connection) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        run(&self.bus, work)
+    }
+}
+
+/// Connects to `endpoint` and runs `work` on the connection, in a runtime of this thread.
+///
+/// # Errors
+/// The bus cannot be reached (exit code 2), or what `work` says.
+pub(crate) fn run<T>(
+    endpoint: &Endpoint,
+    work: impl AsyncFnOnce(Connection) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_io()
+        .enable_time()
+        .build()
+        .map_err(|error| Failure::input(format!("cannot start network input: {error}")))?;
+    runtime.block_on(async {
+        let connection = bus::connect(endpoint).await.map_err(Failure::input)?;
+        work(connection).await
+    })
+}
+
+/// A [`Link`] to a bus in real time, which counts from the connection.
+#[derive(Debug)]
+pub(crate) struct WireLink {
+    connection: Connection,
+    began: RealTime,
+}
+
+impl WireLink {
+    pub(crate) fn new(connection: Connection) -> WireLink {
+        WireLink {
+            connection,
+            began: RealTime::now(),
+        }
+    }
+
+    fn lost(&self, error: &ConnectionError) -> LinkError {
+        let door = self.connection.endpoint().to_string();
+        let cause = match error {
+            ConnectionError::Closed { .. } => return LinkError::Closed { door },
+            ConnectionError::Broken { source, .. } => source.to_string(),
+            ConnectionError::Refused { text, .. } | ConnectionError::Protocol { text, .. } => {
+                text.clone()
+            }
+            other => other.to_string(),
+        };
+        LinkError::Failed { door, cause }
+    }
+}
+
+impl Link for WireLink {
+    fn now(&self) -> Instant {
+        let ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        Instant(ns)
+    }
+
+    async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {
+        let sent = self.connection.send(frame).await;
+        sent.map_err(|error| self.lost(&error))
+    }
+
+    async fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, LinkError> {
+        // Lets the runtime look at the socket, so that with `until` in the past what has arrived
+        // already is found.
+        tokio::task::yield_now().await;
+        let longest = Duration::from_nanos(until.since_ns(self.now()));
+        match tokio::time::timeout(longest, self.connection.receive()).await {
+            Ok(Ok(received)) => Ok(Some((self.now(), received.frame))),
+            Ok(Err(error)) => Err(self.lost(&error)),
+            Err(_) => Ok(None),
+        }
+    }
+}
