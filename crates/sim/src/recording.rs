@@ -422,7 +422,8 @@ fn read_injection(run: &mut Run, line: &str) -> Result<(), Wrong> {
         .strip_prefix("client")
         .and_then(|n| n.parse().ok());
     let (Some(client), Content::Frame(frame)) = (client, record.content) else {
-        let what = "a frame of an outside program is expected, like '(0.5) client1 000#8100'";
+        let what =
+            "a frame of an outside program is expected, like '(0.500000000) client1 000#8100'";
         return Err((1, what.to_owned()));
     };
     push(
