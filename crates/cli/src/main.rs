@@ -4,6 +4,7 @@
 //! it. A subcommand returns its exit code, or a [`Failure`] that carries one message.
 
 mod commands;
+pub(crate) mod demo;
 mod drive_kind;
 mod failure;
 mod node_list;
@@ -53,6 +54,7 @@ enum Command {
     Monitor(monitor::Arguments),
     Od(od::Arguments),
     Play(play::Arguments),
+    Demo(demo::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
         Command::Play(arguments) => play::run(arguments),
+        Command::Demo(arguments) => demo::run(arguments),
     };
     result.unwrap_or_else(|failure| failure.report())
 }
