@@ -141,6 +141,7 @@ impl Bus {
     pub fn run_until(&mut self, until: Instant) {
         loop {
             let next = self.next_event();
+            self.control_to(next.min(until));
             if next > until {
                 break;
             }
@@ -159,6 +160,7 @@ impl Bus {
             if !self.traffic.is_empty() && next > self.now {
                 return true;
             }
+            self.control_to(next.min(until));
             if next > until {
                 self.now = self.now.max(until);
                 return false;
@@ -193,10 +195,11 @@ impl Bus {
         self.medium.busy_ns()
     }
 
+    /// When something happens next beside plants and loops, which meet others only there.
     fn next_event(&self) -> Instant {
         let mut next = self.medium.ends;
         for drive in &self.drives {
-            next = next.min(drive.next_control()).min(drive.next_poll());
+            next = next.min(drive.next_poll());
         }
         if let Some((_, at)) = self.probe {
             next = next.min(at);
@@ -215,15 +218,20 @@ impl Bus {
                 .any(|drive| drive.controller.contender().is_some())
     }
 
-    /// Everything that happens at this instant, in the stated order.
-    fn step(&mut self) {
-        let now = self.now;
-        // Plants and loops.
+    /// Plants and loops up to `until` and at it. Between two events each drive is on its own, so
+    /// its periods run one after the other, with all that they need at hand.
+    fn control_to(&mut self, until: Instant) {
         for drive in &mut self.drives {
-            if now >= drive.next_control() {
+            while drive.next_control() <= until {
                 drive.control();
             }
         }
+    }
+
+    /// Everything else that happens at this instant, in the stated order; plants and loops have
+    /// come to it already.
+    fn step(&mut self) {
+        let now = self.now;
         self.sample();
         // Frames.
         if let Some(ended) = self.medium.take_ended(now) {

@@ -93,11 +93,10 @@ pub struct VirtualDrive {
     stalled_until: Instant,
     boots_at: Instant,
     storing: Option<(store::Request, Instant)>,
-    /// Control boundaries are counted from here, so that no rounding adds up.
-    epoch: Instant,
     timing: PwmTiming,
-    periods: u64,
     control_at: Instant,
+    /// What `control_at` leaves out: this over the PWM frequency, ns. So no rounding adds up.
+    control_rest: u64,
     extremes: Extremes,
 }
 
@@ -106,7 +105,7 @@ impl VirtualDrive {
         let mut latency = Latency::new(seed, settings.node.get());
         let boots_at = Instant::ZERO.plus_ns(latency.boot_ns());
         let frequency_hz = (1.0 / settings.plant.pwm_period_s).round().max(1.0) as u32;
-        let mut drive = VirtualDrive {
+        VirtualDrive {
             node: settings.node,
             personality: settings.personality,
             serial: (seed as u32)
@@ -123,17 +122,14 @@ impl VirtualDrive {
             stalled_until: Instant::ZERO,
             boots_at,
             storing: None,
-            epoch: Instant::ZERO,
             timing: PwmTiming {
                 frequency_hz,
                 periods_per_control: settings.personality.amplifier.pwm_per_control,
             },
-            periods: 0,
             control_at: Instant::ZERO,
+            control_rest: 0,
             extremes: Extremes::default(),
-        };
-        drive.schedule_control();
-        drive
+        }
     }
 
     /// Its node ID.
@@ -193,13 +189,10 @@ impl VirtualDrive {
         for _ in 0..self.timing.periods_per_control {
             self.plant.step();
         }
-        self.periods += 1;
-        self.schedule_control();
-    }
-
-    fn schedule_control(&mut self) {
-        let periods = self.periods * u64::from(self.timing.periods_per_control);
-        self.control_at = self.epoch.plus_ns(self.timing.pwm_periods_ns(periods));
+        let hz = u64::from(self.timing.frequency_hz);
+        self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;
+        self.control_at = self.control_at.plus_ns(self.control_rest / hz);
+        self.control_rest %= hz;
     }
 
     /// The loops' rate may have been changed by a write; it is from the next boundary on.
@@ -208,12 +201,10 @@ impl VirtualDrive {
             return;
         };
         if timing != self.timing {
-            self.epoch = self.control_at;
-            self.periods = 0;
+            self.control_rest = 0;
             self.timing = timing;
             self.plant
                 .set_pwm_period_s(1.0 / f64::from(timing.frequency_hz));
-            self.schedule_control();
         }
     }
 
