@@ -361,6 +361,7 @@ impl Axis {
             },
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
+            left_ns: 0,
         };
         // A demand not yet taken is not yet in the control half's answers.
         let start = self.demand.at(0);
@@ -393,6 +394,7 @@ impl Axis {
                 },
                 fraction: within(either(start.fraction, actual.demand_fraction), 0.0, 1.0),
                 velocity: demand_velocity,
+                left_ns: if self.fresh { 0 } else { actual.demand_left_ns },
                 ..motor
             },
         }

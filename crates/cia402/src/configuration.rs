@@ -273,6 +273,8 @@ pub struct Actual {
     pub demand_velocity: f32,
     /// Torque demand, per mille; looked at while the demand is a torque.
     pub demand_torque_pm: f32,
+    /// How long the demand's segment will still last, ns; 0 if it has ended.
+    pub demand_left_ns: u32,
     /// The controllers are at a limit of torque, current, voltage or speed.
     pub limited: bool,
     /// The motor supply is present.

@@ -22,6 +22,8 @@ pub(crate) struct Present {
     pub(crate) torque_pm: f64,
     /// Whether the torque is a demand, not a measurement.
     pub(crate) torque_is_demand: bool,
+    /// How long the segment in force will still last, ns.
+    pub(crate) left_ns: u32,
 }
 
 /// A position demand in counts that do not wrap, and the profile it follows. The profile is

@@ -385,3 +385,42 @@ fn several_writes_may_come_before_the_demand_is_taken() {
     assert_eq!(axis.take_demand(), Some(expected));
     assert_eq!(axis.take_demand(), None);
 }
+
+#[test]
+fn the_slope_stays_the_masters_when_set_points_jitter() {
+    // Each millisecond 100 counts; every third set-point is handled 50 µs early. The one before
+    // then has a control period left, which is added to its own: the speed does not change.
+    let mut rig = enabled(Mode::CYCLIC_POSITION, 1_000_000);
+    let mut target = 0;
+    let mut early = 0;
+    for n in 0..30u64 {
+        target += 100;
+        rig.targets.position = target;
+        let left_ns = if n % 3 == 2 { 50_000 } else { 0 };
+        run_ns(&mut rig, 1_000_000 + early - left_ns);
+        early = left_ns;
+        rig.actual.demand_left_ns = left_ns as u32;
+        rig.receive(Target::Position);
+        let Demand::Position { velocity, .. } = *rig.axis.demand() else {
+            panic!("a position demand");
+        };
+        if n > 0 {
+            assert!((velocity - 100_000.0).abs() < 1.0, "{n}: {velocity}");
+        }
+    }
+    // More than a quarter of the period is not jitter: the last segment is cut short.
+    run_ns(&mut rig, 500_000);
+    rig.actual.demand_left_ns = 500_000;
+    rig.targets.position = target + 100;
+    rig.receive(Target::Position);
+    let Demand::Position {
+        velocity,
+        duration_ns,
+        ..
+    } = *rig.axis.demand()
+    else {
+        panic!("a position demand");
+    };
+    assert_eq!(duration_ns, 1_000_000);
+    assert!((velocity - 150_000.0).abs() < 6_000.0, "{velocity}");
+}

@@ -55,6 +55,13 @@ impl PwmTiming {
         self.periods_per_control as f32 / self.frequency_hz as f32
     }
 
+    /// The time of `n` control periods, ns, rounded down; 0 for a negative number.
+    pub(crate) fn control_periods_ns(self, n: i32) -> u32 {
+        let pwm = u64::try_from(n).unwrap_or(0) * u64::from(self.periods_per_control);
+        let ns = pwm.saturating_mul(1_000_000_000) / u64::from(self.frequency_hz);
+        u32::try_from(ns).unwrap_or(u32::MAX)
+    }
+
     /// Control periods in `ns`, rounded up.
     pub(crate) fn control_periods(self, ns: u32) -> i32 {
         let pwm = u64::from(ns) * u64::from(self.frequency_hz);

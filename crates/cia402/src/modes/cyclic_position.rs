@@ -6,6 +6,10 @@ use crate::{Demand, Target};
 
 use super::{Bits, Generator, Inputs, Limited};
 
+/// A set-point that comes at most this part of its period before the last one is reached is early
+/// by the jitter of SYNC, bus and processor.
+const JITTER_DIVISOR: u32 = 4;
+
 /// Before the first set-point the axis comes to rest and holds; then it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
@@ -102,11 +106,16 @@ impl Generator for CyclicPosition {
             .wrapping_add(inputs.targets.position_offset);
         let cut = inputs.configuration.position(i64::from(sum));
         self.position_limited = cut.limited;
-        Some(self.towards(
-            cut.value as i32,
-            inputs.configuration.interpolation_ns(),
-            inputs,
-        ))
+        let period_ns = inputs.configuration.interpolation_ns();
+        // What an early set-point leaves of the last segment is added to its own, so that the
+        // slope stays the master's. The beat thus settles at the latest arrival.
+        let left_ns = match self.stage {
+            Stage::Following if inputs.present.left_ns <= period_ns / JITTER_DIVISOR => {
+                inputs.present.left_ns
+            }
+            _ => 0,
+        };
+        Some(self.towards(cut.value as i32, period_ns.saturating_add(left_ns), inputs))
     }
 
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
