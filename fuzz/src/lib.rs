@@ -8,3 +8,6 @@
 
 #[path = "../../crates/canopen/tests/harness/mod.rs"]
 pub mod canopen_harness;
+
+#[path = "../../crates/drive/tests/harness/mod.rs"]
+pub mod drive_harness;

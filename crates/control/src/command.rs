@@ -29,9 +29,11 @@ pub struct Command<R: Real> {
     pub current: R,
     /// Slope of `current`, A/s.
     pub current_slope: R,
+    /// Added to `current` while the segment lasts: what its acceleration needs, A.
+    pub acceleration_current: R,
     /// Control periods for which the slopes hold. Afterwards the demand stays: the velocity of a
-    /// position demand becomes 0 two periods later, so that a successor may be late by these; any
-    /// other velocity or current stays what it has become.
+    /// position demand and the current of an acceleration become 0 two periods later, so that a
+    /// successor may be late by these; any other velocity or current stays what it has become.
     pub periods: R::Count,
     /// Greatest current, A, not negative.
     pub current_limit: R,
@@ -96,6 +98,7 @@ impl<R: Real> Command<R> {
             velocity_offset: zero,
             current: zero,
             current_slope: zero,
+            acceleration_current: zero,
             periods: R::count(0),
             current_limit: R::splat(f32::MAX),
             velocity_limit: R::splat(f32::MAX),

@@ -14,6 +14,8 @@ pub(crate) struct Demand<R: Real> {
     pub(crate) fraction: R,
     pub(crate) velocity: R,
     pub(crate) current: R,
+    /// Current for the acceleration, while it lasts.
+    pub(crate) acceleration_current: R,
     acceleration: R,
     current_slope: R,
     /// Periods for which the slopes still hold; below 0, for how many they have not.
@@ -33,6 +35,7 @@ impl<R: Real> Demand<R> {
             fraction: command.fraction.sane(),
             velocity: R::select(holds, zero, command.velocity).sane(),
             current: command.current.sane(),
+            acceleration_current: R::select(lasts, command.acceleration_current, zero).sane(),
             acceleration: command.acceleration.sane(),
             current_slope: command.current_slope.sane(),
             left: command.periods,
@@ -70,6 +73,13 @@ impl<R: Real> Demand<R> {
         let left = R::count_sub(self.left, R::count(1));
         self.left = R::count_select(goes_on, left, self.left);
         self.velocity = R::select(self.of_position & !goes_on, zero, self.velocity + gain);
+        self.acceleration_current = R::select(goes_on, self.acceleration_current, zero);
+    }
+
+    /// Periods for which the slopes still hold, not negative.
+    pub(crate) fn periods_left(&self) -> R::Count {
+        let moving = R::splat(0.0).lt(R::of_count(self.left));
+        R::count_select(moving, self.left, R::count(0))
     }
 
     /// Turns the user's direction round where `mask` is true. To within a count: the whole counts
@@ -80,6 +90,7 @@ impl<R: Real> Demand<R> {
         self.acceleration = turn(self.acceleration);
         self.current = turn(self.current);
         self.current_slope = turn(self.current_slope);
+        self.acceleration_current = turn(self.acceleration_current);
         let zero = R::count(0);
         let turned = R::count_sub(zero, self.position);
         // −(n + f) = −n − 1 + (1 − f)
@@ -174,11 +185,15 @@ mod tests {
             acceleration: 1e6,
             current: 0.5,
             current_slope: -1000.0,
+            acceleration_current: 0.25,
             periods: 4,
             ..Command::idle()
         };
         let mut demand = Demand::of(&command);
-        for _ in 0..10 {
+        for period in 0..10 {
+            // That of the acceleration ends two periods after it.
+            let wanted = if period < 6 { 0.25 } else { 0.0 };
+            assert_eq!(demand.acceleration_current, wanted);
             demand.advance(PERIOD_S);
         }
         assert!((demand.velocity - 300.0).abs() < 1e-3);

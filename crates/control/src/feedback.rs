@@ -29,6 +29,8 @@ pub struct Feedback<R: Real> {
     pub next_velocity: R,
     /// Current demand or feed-forward of the next period, before any limit, A.
     pub next_current_a: R,
+    /// Periods for which the segment in force will still move, 0 if it has ended.
+    pub next_periods_left: R::Count,
     /// Demand − actual, counts.
     pub following_error: R,
     /// Velocity demand after its limit, counts/s; the velocity itself while no loop is closed.
@@ -73,6 +75,7 @@ impl<R: Real> Feedback<R> {
             next_fraction: zero,
             next_velocity: zero,
             next_current_a: zero,
+            next_periods_left: none,
             following_error: zero,
             demand_velocity: zero,
             demand_current_a: zero,

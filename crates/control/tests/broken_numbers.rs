@@ -118,6 +118,7 @@ impl Dice {
             velocity_offset: self.odd(10.0),
             current: self.odd(0.5),
             current_slope: self.odd(100.0),
+            acceleration_current: self.odd(1.0),
             periods: self.odd_count(20),
             current_limit: self.odd(2.0),
             velocity_limit: self.odd(900_000.0),

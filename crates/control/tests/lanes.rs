@@ -213,6 +213,7 @@ fn command(of: &[Command<f32>; N]) -> Command<Lanes> {
         velocity_offset: lanes(of, |c| c.velocity_offset),
         current: lanes(of, |c| c.current),
         current_slope: lanes(of, |c| c.current_slope),
+        acceleration_current: lanes(of, |c| c.acceleration_current),
         periods: of.map(|c| c.periods),
         current_limit: lanes(of, |c| c.current_limit),
         velocity_limit: lanes(of, |c| c.velocity_limit),

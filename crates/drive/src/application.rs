@@ -205,6 +205,10 @@ impl Application {
             demand_fraction: feedback.next_fraction,
             demand_velocity: feedback.next_velocity,
             demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
+            demand_left_ns: self
+                .loops
+                .timing
+                .control_periods_ns(feedback.next_periods_left),
             limited: feedback.current_limited
                 || feedback.velocity_limited
                 || feedback.voltage_limited,

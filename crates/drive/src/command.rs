@@ -63,7 +63,8 @@ pub(crate) fn command(
             velocity_loop: true,
             velocity: start,
             acceleration,
-            current: feed_forward(acceleration, torque_offset_pm, loops),
+            current: torque_offset_pm * loops.amperes_per_pm,
+            acceleration_current: acceleration * loops.amperes_per_acceleration,
             periods: loops.timing.control_periods(duration_ns),
             ..base
         },
@@ -82,14 +83,10 @@ pub(crate) fn command(
             velocity,
             acceleration,
             velocity_offset,
-            current: feed_forward(acceleration, torque_offset_pm, loops),
+            current: torque_offset_pm * loops.amperes_per_pm,
+            acceleration_current: acceleration * loops.amperes_per_acceleration,
             periods: loops.timing.control_periods(duration_ns),
             ..base
         },
     }
-}
-
-/// The current that the demanded acceleration of the rotor needs, and the master's own offset.
-fn feed_forward(acceleration: f32, torque_offset_pm: f32, loops: &LoopParameters) -> f32 {
-    acceleration * loops.amperes_per_acceleration + torque_offset_pm * loops.amperes_per_pm
 }

@@ -21,7 +21,9 @@ pub(crate) fn publish(
     real(image, shown.torque, feedback.current_q_a * pm_per_ampere);
     optional(image, shown.current_a, feedback.current_q_a);
     if let Some(object) = shown.position_demand {
-        count(image, object, feedback.demand_position);
+        // To the nearest count: a move may end a rounding error below its target.
+        let up = i32::from(feedback.demand_fraction >= 0.5);
+        count(image, object, feedback.demand_position.wrapping_add(up));
     }
     optional(image, shown.velocity_demand, feedback.demand_velocity);
     optional(

@@ -406,3 +406,19 @@ fn another_pwm_frequency_is_another_control_rate_and_the_same_motion() {
         assert!(master.emergencies(1).is_empty());
     }
 }
+
+#[test]
+fn a_single_cyclic_velocity_leaves_no_feed_forward_behind() {
+    let mut master = Master::new(&[1]);
+    master.enable(1, 9);
+    master.write_i32(1, 0x60FF, 0, 100_000);
+    let mut most = 0;
+    for _ in 0..40 {
+        master.run_ms(5);
+        most = most.max(master.read(1, 0x606C, 0));
+    }
+    // The loop's own overshoot, not the current of an acceleration that is over.
+    assert!(most < 106_000, "{most}");
+    assert!((master.read(1, 0x606C, 0) - 100_000).abs() < 1_000);
+    assert!(master.read_i16(1, 0x6078, 0).abs() < 60);
+}
