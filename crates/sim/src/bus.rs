@@ -81,6 +81,12 @@ pub struct Bus {
     now: Instant,
     medium: Medium,
     drives: Vec<VirtualDrive>,
+    /// When each drive must be polled next, side by side: it is looked at with every event.
+    due: Vec<Instant>,
+    /// A drive may have changed from outside, so `due` is to be made anew.
+    due_is_stale: bool,
+    /// A drive may wait for the wire.
+    contended: bool,
     gateway: Gateway,
     traffic: Vec<Traffic>,
     notices: Vec<Notice>,
@@ -102,6 +108,9 @@ impl Bus {
         Bus {
             now: Instant::ZERO,
             medium: Medium::new(),
+            due: Vec::with_capacity(drives.len()),
+            due_is_stale: true,
+            contended: false,
             drives,
             gateway: Gateway::default(),
             traffic: Vec::new(),
@@ -124,6 +133,7 @@ impl Bus {
 
     /// The drive of that node ID.
     pub fn drive(&mut self, node: NodeId) -> Option<&mut VirtualDrive> {
+        self.due_is_stale = true;
         self.drives.iter_mut().find(|drive| drive.node() == node)
     }
 
@@ -139,6 +149,7 @@ impl Bus {
 
     /// Moves time to `until`. How often it is called, and with which steps, makes no difference.
     pub fn run_until(&mut self, until: Instant) {
+        self.refresh();
         loop {
             let next = self.next_event();
             self.control_to(next.min(until));
@@ -154,6 +165,7 @@ impl Bus {
     /// Moves time to the end of the next frame, or to `until`; whether there was a frame. Call
     /// after [`Bus::take_traffic`].
     pub fn run_to_frame(&mut self, until: Instant) -> bool {
+        self.refresh();
         loop {
             let next = self.next_event();
             // What happens at the instant of a frame is brought to its end.
@@ -198,24 +210,28 @@ impl Bus {
     /// When something happens next beside plants and loops, which meet others only there.
     fn next_event(&self) -> Instant {
         let mut next = self.medium.ends;
-        for drive in &self.drives {
-            next = next.min(drive.next_poll());
+        for due in &self.due {
+            next = next.min(*due);
         }
         if let Some((_, at)) = self.probe {
             next = next.min(at);
         }
-        if self.has_contender() && self.medium.ends == Instant::NEVER {
+        let contended = self.contended || self.gateway.waiting() > 0;
+        if contended && self.medium.ends == Instant::NEVER {
             next = next.min(self.medium.idle_at.max(self.now));
         }
         next
     }
 
-    fn has_contender(&self) -> bool {
-        self.gateway.contender().is_some()
-            || self
-                .drives
-                .iter()
-                .any(|drive| drive.controller.contender().is_some())
+    /// Looks at every drive, if anyone outside may have changed one.
+    fn refresh(&mut self) {
+        if self.due_is_stale {
+            self.due_is_stale = false;
+            self.contended = true;
+            self.due.clear();
+            self.due
+                .extend(self.drives.iter().map(VirtualDrive::next_poll));
+        }
     }
 
     /// Plants and loops up to `until` and at it. Between two events each drive is on its own, so
@@ -239,8 +255,8 @@ impl Bus {
         }
         // Polls.
         let notices = &mut self.notices;
-        for drive in &mut self.drives {
-            if now >= drive.next_poll() {
+        for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
+            if now >= *due {
                 let node = drive.node();
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
@@ -249,6 +265,8 @@ impl Bus {
                         kind,
                     });
                 });
+                *due = drive.next_poll();
+                self.contended |= drive.controller.contender().is_some();
             }
         }
         // Arbitration.
@@ -264,6 +282,7 @@ impl Bus {
                 self.contenders.push((Sender::Drive(drive.node()), frame));
             }
         }
+        self.contended = !self.contenders.is_empty();
         if let Some((client, frame)) = self.gateway.contender() {
             self.contenders.push((Sender::Outside(client), frame));
         }
@@ -274,15 +293,17 @@ impl Bus {
         let now = self.now;
         match ended {
             InFlight::Frame { frame, senders } => {
-                for drive in &mut self.drives {
+                for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
                     if senders.contains(&Sender::Drive(drive.node())) {
                         drive.errors.transmitted();
                         drive.controller.sent(frame);
                         drive.fill_mailboxes();
+                        self.contended |= drive.controller.contender().is_some();
                     } else {
                         drive.errors.received();
                         drive.hear(frame, now);
                     }
+                    *due = drive.next_poll();
                 }
                 for sender in &senders {
                     if let Sender::Outside(client) = sender {
@@ -298,7 +319,7 @@ impl Bus {
                 }
             }
             InFlight::Collision { senders } => {
-                for drive in &mut self.drives {
+                for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
                     if !senders.contains(&Sender::Drive(drive.node())) {
                         drive.errors.receive_error();
                     } else if drive.errors.transmit_error(now) {
@@ -309,7 +330,9 @@ impl Bus {
                             kind: NoticeKind::BusOff,
                         });
                     }
+                    *due = drive.next_poll();
                 }
+                self.contended = true;
             }
         }
     }
