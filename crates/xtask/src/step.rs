@@ -134,7 +134,18 @@ pub(crate) fn run_all(steps: &[&Step], workspace: &Workspace, strict: bool) -> E
     let counts = details.join("; ");
     let took = seconds(begin.elapsed());
     if failed.is_empty() {
-        println!("All steps that are possible here passed in {took}. {counts}");
+        let lacking = ended
+            .iter()
+            .filter(|(_, outcome, _)| matches!(outcome, Outcome::Impossible { .. }))
+            .map(|(step, _, _)| step.name);
+        let lacking: Vec<&str> = lacking.collect();
+        match lacking.as_slice() {
+            [] => println!("Passed in {took}. {counts}"),
+            _ => println!(
+                "Passed in {took}, without {}, not possible here. {counts}",
+                lacking.join(", ")
+            ),
+        }
         ExitCode::SUCCESS
     } else {
         println!("FAILED: {} (in {took}). {counts}", failed.join(", "));
