@@ -28,12 +28,10 @@ pub(crate) struct Latency {
 impl Latency {
     /// Delays of the drive `node` on a bus of this seed.
     pub(crate) fn new(seed: u64, node: u8) -> Latency {
-        let mut bytes = [0; 16];
-        let (low, high) = bytes.split_at_mut(8);
-        low.copy_from_slice(&seed.to_le_bytes());
-        high.copy_from_slice(&u64::from(node).to_le_bytes());
+        // Mixed, so that neighbouring seeds and nodes have nothing in common.
+        let mixed = seed.wrapping_mul(128).wrapping_add(u64::from(node));
         Latency {
-            random: Pcg64Mcg::from_seed(bytes),
+            random: Pcg64Mcg::seed_from_u64(mixed),
         }
     }
 
