@@ -101,7 +101,11 @@ impl Piece {
 /// # Errors
 /// Exit code 2 for transcripts that cannot be read or a bus that cannot be reached.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    let pieces: Result<Vec<Piece>, Failure> = arguments.files.iter().map(|path| Piece::read(path)).collect();
+    let pieces: Result<Vec<Piece>, Failure> = arguments
+        .files
+        .iter()
+        .map(|path| Piece::read(path))
+        .collect();
     let pieces = pieces?;
     let reports = match &arguments.bus {
         Some(endpoint) => on_wire(&pieces, endpoint, arguments.json)?,

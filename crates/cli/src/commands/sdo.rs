@@ -59,13 +59,12 @@ struct Read {
 Examples:
   servobus sdo write --node 1 0x6040 0x0F             enable operation
   servobus sdo write --node 1 0x6060 0 4
-  servobus sdo write --node 1 0x607A -- -2000         `--` before a negative number is allowed, not
-                                                      needed
+  servobus sdo write --node 1 0x607A -2000
   servobus sdo write --node 1 0x1010,1 save           store all parameters
   servobus sdo write --node 5 0x2000,3 1.5 --type f32
 
-Numbers are decimal or, after 0x, hexadecimal (for signed objects the bit pattern). 0x1010 and 0x1011
-also take the words save and load.")]
+Numbers are decimal or, after 0x, hexadecimal (for signed objects the bit pattern). 0x1010 and
+0x1011 also take the words save and load.")]
 struct Write {
     /// Index, and sub-index behind a comma: 0x6060, 0x3009,1.
     #[arg(value_parser = object_address::parse)]

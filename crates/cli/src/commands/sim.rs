@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{Bus, BusSettings, DriveSettings, ParameterStore, Recording, RunHeader};
+use ::sim::{Bus, BusSettings, DriveSettings, ParameterStore, Recording, RunHeader, StoreError};
 use bus::{Doors, Endpoint, Options, Protocol};
 use canopen::Instant;
 use personalities::Personality;
@@ -21,8 +21,8 @@ use crate::{Failure, drive_kind, output, time_span};
 
 /// Run virtual drives, until Ctrl-C or for some simulated time.
 ///
-/// When the drives can be reached, prints a line `ready: ...` and a line for each address. Who
-/// comes and goes, and what people should know of a drive, goes to standard error.
+/// When the drives have booted and can be reached, prints a line `ready: ...` and a line for each
+/// address. Who comes and goes, and what people should know of a drive, goes to standard error.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -122,7 +122,7 @@ impl Arguments {
             let mut settings = DriveSettings::new(node, self.drive);
             if let Some(folder) = &self.store {
                 settings.store = ParameterStore::file(folder, self.drive.name, node.get())
-                    .map_err(Failure::input)?;
+                    .map_err(|error| Failure::input(store_message(&error)))?;
             }
             Ok(settings)
         };
@@ -151,6 +151,13 @@ impl Arguments {
             text.push_str(&door_line(door));
         }
         text
+    }
+}
+
+fn store_message(error: &StoreError) -> String {
+    match error {
+        StoreError::Folder { .. } => format!("{error}; name another folder with --store"),
+        _ => error.to_string(),
     }
 }
 
@@ -207,13 +214,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
         None => None,
     };
-    let addresses = doors.as_ref().map_or(&[][..], Doors::addresses);
-    output::print(arguments.ready(addresses))?;
     let end = arguments.time.map_or(Instant::NEVER, |time| {
         Instant::ZERO.plus_ns(time_span::nanoseconds(time))
     });
+    let addresses = doors.as_ref().map_or(&[][..], Doors::addresses);
+    let ready = arguments.ready(addresses);
     let mut stage = Stage::new(Bus::new(settings), doors, log);
     let began = std::time::Instant::now();
+    stage.boot(end)?;
+    output::print(ready)?;
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,

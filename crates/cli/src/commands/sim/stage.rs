@@ -20,6 +20,9 @@ const LIVELY_NS: u64 = 3_000_000;
 const CLOSE_LOOK: Duration = Duration::from_micros(100);
 /// How often otherwise.
 const LOOK: Duration = Duration::from_millis(1);
+/// How long drives may boot before they are called ready without having booted.
+const BOOT_NS: u64 = 100_000_000;
+const BOOT_STEP_NS: u64 = 1_000_000;
 /// Real time that simulated time may lag behind before it is let go.
 const LAG: Duration = Duration::from_millis(250);
 /// How often what was recorded is written to the files.
@@ -79,6 +82,17 @@ impl Stage {
             frames: 0,
             lively_at: None,
         }
+    }
+
+    /// Lets the drives boot, without pacing, so that whoever is told that they are ready is not
+    /// ignored by a drive that is still booting.
+    pub(super) fn boot(&mut self, end: Instant) -> Result<(), Failure> {
+        let end = end.min(self.bus.now().plus_ns(BOOT_NS));
+        let booting = |bus: &Bus| bus.drives().iter().any(|drive| drive.core().is_none());
+        while self.bus.now() < end && booting(&self.bus) {
+            self.advance(end.min(self.bus.now().plus_ns(BOOT_STEP_NS)))?;
+        }
+        Ok(())
     }
 
     /// Moves time on as fast as it can be computed.
@@ -190,6 +204,9 @@ impl Stage {
                         continue;
                     };
                     let at = self.bus.now();
+                    // Of frames that come at one instant the first gets the wire if it is free, as
+                    // in a replay, which hands them over one by one.
+                    self.bus.run_until(at);
                     if let Some(log) = &mut self.log {
                         log.write(|recording| {
                             recording.injection(&Injection { at, client, frame })
