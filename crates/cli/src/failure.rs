@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io;
 use std::process::ExitCode;
 
+use crate::output;
+
 /// Exit code: what was asked for did not succeed.
 const UNSUCCESSFUL: u8 = 1;
 /// Exit code: bad input or surroundings.
@@ -46,7 +48,7 @@ impl Failure {
             Failure::Input(message) => (message, BAD_INPUT),
             Failure::ReaderGone => return ExitCode::SUCCESS,
         };
-        eprintln!("error: {message}");
+        output::tell(format_args!("error: {message}"));
         ExitCode::from(code)
     }
 

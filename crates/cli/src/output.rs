@@ -1,4 +1,4 @@
-//! Writing to standard output without a panic when nobody reads it.
+//! Writing to standard output and standard error without a panic when nobody reads them.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -17,6 +17,11 @@ pub(crate) fn print(text: impl Display) -> Result<(), Failure> {
     writeln!(output, "{text}")
         .and_then(|()| output.flush())
         .map_err(Failure::output)
+}
+
+/// Tells people something on standard error; if nobody reads that, nobody is told.
+pub(crate) fn tell(text: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
 /// Prints a value as JSON with line breaks.

@@ -373,3 +373,40 @@ fn a_damaged_store_is_kept_beside_and_reported() {
     );
     printed(&["replay", &log], 0);
 }
+
+/// A frame that a drive and a client send at the same time, bit for bit, is one frame on the wire.
+/// It must not use up the client's place in its mailbox for good.
+#[test]
+fn a_client_that_imitates_a_drive_keeps_its_mailbox() {
+    let folder = Folder::new();
+    let log = folder.file("run.log");
+    let sim = Sim::start(&["--record", &log]);
+    outside(sim.bus(), async |connection| {
+        // A heartbeat each millisecond, which the client sends, too, as fast as the bus takes it.
+        ask(
+            connection,
+            frame(0x601, &[0x22, 0x17, 0x10, 0, 1, 0]),
+            0x581,
+        )
+        .await;
+        let heartbeat = frame(0x701, &[5]);
+        for _ in 0..2_000 {
+            connection.send(heartbeat).await.unwrap();
+        }
+        for _ in 0..200 {
+            connection.send(frame(0x080, &[])).await.unwrap();
+        }
+        let statusword = frame(0x601, &[0x40, 0x41, 0x60, 0]);
+        ask(connection, statusword, 0x581).await;
+    });
+    sim.end();
+    // With all four places free, several frames are handed over at a time.
+    let run = fs::read_to_string(format!("{log}.run")).unwrap();
+    let syncs: Vec<&str> = run
+        .lines()
+        .filter_map(|line| line.strip_suffix(" client1 080#"))
+        .collect();
+    let most = syncs.chunk_by(|a, b| a == b).map(<[&str]>::len).max();
+    assert_eq!((syncs.len(), most), (200, Some(4)));
+    printed(&["replay", &log], 0);
+}

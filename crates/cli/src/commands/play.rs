@@ -133,7 +133,7 @@ fn virtually(pieces: &[Piece], arguments: &Arguments) -> Result<Vec<Report>, Fai
         let mut bench = PlantBench::new(&mut bus);
         let report = block_on(play(&piece.transcript, &mut bench, &piece.options()));
         for notice in bus.take_notices() {
-            eprintln!("{}: {notice}", piece.transcript.file());
+            output::tell(format_args!("{}: {notice}", piece.transcript.file()));
         }
         show(&report, arguments.json)?;
         reports.push(report);

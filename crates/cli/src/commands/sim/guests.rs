@@ -5,6 +5,8 @@ use std::net::SocketAddr;
 
 use bus::{ClientId, Doors, LeaveReason};
 
+use crate::output::tell;
+
 /// Bits per second of the simulated bus.
 const BIT_RATE: u32 = 1_000_000;
 
@@ -13,7 +15,14 @@ const BIT_RATE: u32 = 1_000_000;
 #[derive(Debug, Default)]
 pub(super) struct Guests {
     joined: u32,
-    present: BTreeMap<u32, ClientId>,
+    present: BTreeMap<u32, Guest>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Guest {
+    client: ClientId,
+    /// Its frames that wait for the wire.
+    waiting: u32,
 }
 
 impl Guests {
@@ -29,15 +38,17 @@ impl Guests {
     ) {
         self.joined += 1;
         let number = self.joined;
-        self.present.insert(number, client);
+        self.present.insert(number, Guest { client, waiting: 0 });
         let only = if listen_only { ", to listen only" } else { "" };
         let door = address(doors, door);
-        eprintln!("client {number} joined from {peer} at {door}{only}");
+        tell(format_args!(
+            "client {number} joined from {peer} at {door}{only}"
+        ));
         if let Some(rate) = bit_rate.filter(|rate| *rate != BIT_RATE) {
-            eprintln!(
+            tell(format_args!(
                 "warning: client {number} asked for {rate} bit/s; this bus has {BIT_RATE}, and on \
                  a real one it would now disturb everybody"
-            );
+            ));
         }
     }
 
@@ -45,7 +56,7 @@ impl Guests {
     pub(super) fn leave(&mut self, client: ClientId, reason: &LeaveReason) {
         if let Some(number) = self.number(client) {
             self.present.remove(&number);
-            eprintln!("client {number} left: {reason}");
+            tell(format_args!("client {number} left: {reason}"));
         }
     }
 
@@ -53,19 +64,40 @@ impl Guests {
     pub(super) fn refuse(&self, doors: &Doors, door: usize, peer: SocketAddr, why: &LeaveReason) {
         // To look whether a port is open, and to go again, is what scripts do.
         if *why != LeaveReason::Disconnected {
-            eprintln!("{peer} did not join at {}: {why}", address(doors, door));
+            tell(format_args!(
+                "{peer} did not join at {}: {why}",
+                address(doors, door)
+            ));
         }
     }
 
-    /// The number of one who is on the bus.
-    pub(super) fn number(&self, client: ClientId) -> Option<u32> {
+    fn number(&self, client: ClientId) -> Option<u32> {
         let mut present = self.present.iter();
-        present.find_map(|(number, other)| (*other == client).then_some(*number))
+        present.find_map(|(number, guest)| (guest.client == client).then_some(*number))
     }
 
-    /// Who has this number, if still on the bus.
-    pub(super) fn client(&self, number: u32) -> Option<ClientId> {
-        self.present.get(&number).copied()
+    /// The number of one who is on the bus and hands it a frame.
+    pub(super) fn sends(&mut self, client: ClientId) -> Option<u32> {
+        let number = self.number(client)?;
+        self.present.get_mut(&number)?.waiting += 1;
+        Some(number)
+    }
+
+    /// A frame of this one got onto the wire, so another may come. Who that is, if still here.
+    pub(super) fn sent(&mut self, number: u32, doors: &mut Doors) -> Option<ClientId> {
+        let guest = self.present.get_mut(&number)?;
+        guest.waiting = guest.waiting.saturating_sub(1);
+        doors.grant(guest.client, 1);
+        Some(guest.client)
+    }
+
+    /// Nothing waits any more. A frame that a drive sent at the same time and with the same bits
+    /// has been counted as the drive's only; it must not cost its other sender a place for ever.
+    pub(super) fn all_sent(&mut self, doors: &mut Doors) {
+        for guest in self.present.values_mut().filter(|guest| guest.waiting > 0) {
+            doors.grant(guest.client, guest.waiting);
+            guest.waiting = 0;
+        }
     }
 }
 

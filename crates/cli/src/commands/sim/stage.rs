@@ -11,6 +11,7 @@ use canopen::Instant;
 use super::guests::Guests;
 use crate::Failure;
 use crate::commands::stop::Stop;
+use crate::output::tell;
 
 /// Simulated time that passes at most between two looks at the doors.
 const SLICE_NS: u64 = 20_000_000;
@@ -159,16 +160,18 @@ impl Stage {
                 continue;
             };
             let sender = match traffic.sender {
-                Sender::Outside(number) => self.guests.client(number),
+                Sender::Outside(number) => self.guests.sent(number, doors),
                 Sender::Drive(_) => None,
             };
-            if let Some(client) = sender {
-                doors.grant(client, 1);
-            }
             doors.deliver(&traffic.frame, traffic.at.0, sender);
         }
+        if let Some(doors) = &mut self.doors
+            && self.bus.outside_waiting() == 0
+        {
+            self.guests.all_sent(doors);
+        }
         for notice in self.bus.take_notices() {
-            eprintln!("{notice}");
+            tell(notice);
         }
         if let Some(log) = &mut self.log
             && log.flushed.elapsed() >= FLUSH
@@ -200,7 +203,7 @@ impl Stage {
                     self.guests.refuse(doors, door, peer, &reason);
                 }
                 Event::Frame { client, frame } => {
-                    let Some(client) = self.guests.number(client) else {
+                    let Some(client) = self.guests.sends(client) else {
                         continue;
                     };
                     let at = self.bus.now();
@@ -275,11 +278,11 @@ impl Pace {
             let (kept_real, kept) = self.kept;
             let took = kept_real.elapsed().as_secs_f64();
             let ratio = now.since_ns(kept) as f64 * 1e-9 / self.speed / took;
-            eprintln!(
+            tell(format_args!(
                 "warning: this machine cannot keep the pace: for {took:.2} s simulated time ran at \
                  {ratio:.2} of the speed asked for, and it falls behind; use fewer drives, a lower \
                  --speed, or a release build"
-            );
+            ));
         }
         self.kept = (RealTime::now(), now);
         true
