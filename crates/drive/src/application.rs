@@ -7,7 +7,7 @@ use personalities::{Personality, class};
 
 use crate::command::{command, limits};
 use crate::configuration::{limit, read_configuration, read_targets};
-use crate::faults::{FaultManager, Health, Observation};
+use crate::faults::{FaultManager, Observation};
 use crate::parameters::{LoopParameters, read_parameters};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
@@ -46,7 +46,6 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-        health: Health,
     ) -> Result<Application, ParameterError> {
         let mut application = Application {
             personality,
@@ -56,7 +55,7 @@ impl Application {
             max_motor_velocity: None,
             loops: read_parameters(image, personality, &hardware)?,
             parameter_error: None,
-            faults: FaultManager::new(personality.faults, health),
+            faults: FaultManager::new(personality.faults),
             feedback,
             new_command: Some(Command::idle()),
             new_limits: false,

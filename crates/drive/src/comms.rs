@@ -57,7 +57,7 @@ impl<M: NodeMemory> Comms<M> {
         id: NodeId,
         serial: u32,
         stored: &[u8],
-        mut health: Health,
+        health: Health,
     ) -> Result<(Comms<M>, Option<store::Damage>), ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
@@ -65,13 +65,14 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(handle) = personality.serial_number {
             image.set(handle, serial);
         }
-        let feedback = Feedback::silent();
-        let defaults = Application::new(personality, hardware, &image, feedback, health)?;
+        // On the defaults first: stored parameters that make no drive are a parameter error, not
+        // the end of it.
+        let mut application = Application::new(personality, hardware, &image, Feedback::silent())?;
         let damage = store::load(&table, &mut image, stored).err();
-        health.store_damaged |= damage.is_some();
-        // Stored parameters that make no drive are a parameter error, not the end of it.
-        let mut application = defaults;
-        application.faults.report(health);
+        application.faults.report(Health {
+            store_damaged: health.store_damaged || damage.is_some(),
+            ..health
+        });
         application.changed(&image, Changed::EVERYTHING);
         let comms = Comms {
             personality,
@@ -192,7 +193,9 @@ impl<M: NodeMemory> Comms<M> {
     pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
         self.node.restart_communication(stored);
         let events = self.node.start(now);
-        self.handle(events, now);
+        // No parameter of the axis has changed, and no set-point has come.
+        let changed = Changed::NOTHING;
+        self.handle(Events { changed, ..events }, now);
     }
 
     /// The rate of the bridge and the loops, as the parameters say.

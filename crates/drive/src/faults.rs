@@ -61,11 +61,11 @@ pub(crate) struct FaultManager {
 }
 
 impl FaultManager {
-    pub(crate) fn new(table: &'static [FaultRow], health: Health) -> FaultManager {
+    pub(crate) fn new(table: &'static [FaultRow]) -> FaultManager {
         FaultManager {
             table,
             active: 0,
-            events: health,
+            events: Health::default(),
             raised: 0,
             cleared: 0,
             sync_since: None,

@@ -42,14 +42,6 @@ pub struct PwmTiming {
 }
 
 impl PwmTiming {
-    /// The time of `n` PWM periods, ns, rounded down: from the count, so that nothing adds up.
-    pub const fn pwm_periods_ns(self, n: u64) -> u64 {
-        // n × 10⁹ / f without overflow for any time that a 64-bit nanosecond count can hold.
-        let whole = n / self.frequency_hz as u64;
-        let rest = n % self.frequency_hz as u64;
-        whole.wrapping_mul(1_000_000_000) + rest * 1_000_000_000 / self.frequency_hz as u64
-    }
-
     /// Control period, s.
     pub fn control_period_s(self) -> f32 {
         self.periods_per_control as f32 / self.frequency_hz as f32
@@ -58,14 +50,14 @@ impl PwmTiming {
     /// The time of `n` control periods, ns, rounded down; 0 for a negative number.
     pub(crate) fn control_periods_ns(self, n: i32) -> u32 {
         let pwm = u64::try_from(n).unwrap_or(0) * u64::from(self.periods_per_control);
-        let ns = pwm.saturating_mul(1_000_000_000) / u64::from(self.frequency_hz);
+        let ns = pwm.saturating_mul(1_000_000_000) / u64::from(self.frequency_hz.max(1));
         u32::try_from(ns).unwrap_or(u32::MAX)
     }
 
     /// Control periods in `ns`, rounded up.
     pub(crate) fn control_periods(self, ns: u32) -> i32 {
         let pwm = u64::from(ns) * u64::from(self.frequency_hz);
-        let control = pwm.div_ceil(u64::from(self.periods_per_control) * 1_000_000_000);
+        let control = pwm.div_ceil(u64::from(self.periods_per_control.max(1)) * 1_000_000_000);
         i32::try_from(control).unwrap_or(i32::MAX)
     }
 }

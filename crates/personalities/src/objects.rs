@@ -35,18 +35,13 @@ impl Scaled {
 /// One axis: the objects of CiA 402, wherever the drive has them.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisObjects {
-    /// Index of the axis's objects: 0x6000 for the first, 0x800 more for each further one.
+    /// Index of the axis's objects: 0x6000 for the first, 0x800 more for each further one. Its
+    /// controlword is 0x40 further, its mode 0x60.
     pub base: u16,
-    /// 0x6040.
-    pub controlword: Handle<u16>,
     /// 0x6041.
     pub statusword: Handle<u16>,
-    /// 0x6060.
-    pub mode: Field,
     /// 0x6061.
     pub mode_display: Field,
-    /// 0x6502.
-    pub supported_modes: Option<Handle<u32>>,
     /// What the master wants.
     pub targets: TargetObjects,
     /// What the drive shows.

@@ -30,6 +30,18 @@ pub enum StoreError {
         /// What the system says.
         source: io::Error,
     },
+    /// Damaged contents cannot be renamed.
+    #[error(
+        "{}: the damaged parameters cannot be set aside as .corrupt: {source}; move the file away \
+         before something is saved",
+        path.display()
+    )]
+    SetAside {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
     /// It cannot be written.
     #[error("{}: cannot write the stored parameters: {source}", path.display())]
     Write {
@@ -95,22 +107,39 @@ impl ParameterStore {
         Ok(())
     }
 
-    /// Sets damaged contents aside: the file is kept beside as `.corrupt`. Returns its new name.
+    /// Sets damaged contents aside: the file is kept beside as `.corrupt`, or `.corrupt2` and so on
+    /// if earlier ones are still there. Returns its new name.
     ///
     /// # Errors
-    /// [`StoreError::Write`].
+    /// [`StoreError::SetAside`]; the file is still where it was, and a save replaces it.
     pub fn set_aside(&mut self) -> Result<Option<PathBuf>, StoreError> {
+        let mut kept = None;
+        if let Some(path) = &self.file {
+            let aside = free_name(path);
+            fs::rename(path, &aside).map_err(|source| StoreError::SetAside {
+                path: path.clone(),
+                source,
+            })?;
+            kept = Some(aside);
+        }
         self.bytes.clear();
-        let Some(path) = &self.file else {
-            return Ok(None);
-        };
-        let mut aside = path.clone().into_os_string();
-        aside.push(".corrupt");
-        let aside = PathBuf::from(aside);
-        fs::rename(path, &aside).map_err(|source| StoreError::Write {
-            path: aside.clone(),
-            source,
-        })?;
-        Ok(Some(aside))
+        Ok(kept)
+    }
+}
+
+/// The first of `path.corrupt`, `path.corrupt2`, … that is not there.
+fn free_name(path: &Path) -> PathBuf {
+    let mut number = 1u32;
+    loop {
+        let mut name = path.to_owned().into_os_string();
+        name.push(".corrupt");
+        if number > 1 {
+            name.push(number.to_string());
+        }
+        let name = PathBuf::from(name);
+        if !name.exists() {
+            return name;
+        }
+        number += 1;
     }
 }

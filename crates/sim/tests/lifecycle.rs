@@ -74,6 +74,22 @@ fn reset_communication_keeps_the_application() {
 }
 
 #[test]
+fn reset_communication_is_no_set_point() {
+    // Modes whose target was never written: the axis holds and stays where it is.
+    for mode in [8, 9, 10] {
+        let mut master = Master::new(&[1]);
+        master.enable(1, mode);
+        master.run_ms(20);
+        let position = master.position(1);
+        assert!(position > 1000, "its reading at rest is 3576: {position}");
+        master.send(0, &[0x82, 1]);
+        master.run_ms(200);
+        assert_eq!(master.state(1), OPERATION_ENABLED);
+        assert!((master.position(1) - position).abs() <= 3, "mode {mode}");
+    }
+}
+
+#[test]
 fn what_is_stored_is_there_after_a_reset() {
     // Communication, application, and what each way of storing keeps of them.
     for (sub, value, communication, application) in [

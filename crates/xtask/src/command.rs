@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_command_is_shown_as_one_would_type_it() {
-        let mut command = Command::new("/root/.cargo/bin/cargo");
+        let mut command = Command::new("/anywhere/bin/cargo");
         command
             .args(["doc", "it's"])
             .env("RUSTDOCFLAGS", "-D warnings");

@@ -21,27 +21,25 @@ pub(crate) fn run(workspace: &Workspace, target: &str, runs: u64) -> StepResult 
         )));
     }
     apt::need("c++", &["g++"])?;
-    let wrong = |error| Trouble::Failed(format!("fuzz/findings: {error}"));
-    fs::create_dir_all(directory.join("findings")).map_err(wrong)?;
+    // Inputs of one target mean nothing to another.
+    let findings = format!("findings/{target}");
+    let wrong = |error| Trouble::Failed(format!("fuzz/{findings}: {error}"));
+    fs::create_dir_all(directory.join(&findings)).map_err(wrong)?;
     let mut cargo = workspace.cargo();
     // Cargo reads the flags from the directory that it starts in.
     cargo.current_dir(&directory);
-    cargo.args([
-        "run",
-        "--locked",
-        "--release",
-        "--bin",
-        target,
-        "--",
-        "findings",
-    ]);
+    cargo.args(["run", "--locked", "--release", "--bin", target, "--"]);
+    cargo.arg(findings);
     cargo.arg(format!("corpus/{target}"));
     cargo.args(["-max_len=512", "-print_final_stats=1"]);
     if runs > 0 {
         cargo.arg(format!("-runs={runs}"));
     }
     succeed(&mut cargo)?;
-    Ok(format!("{target}: {runs} executions, no finding"))
+    Ok(match runs {
+        0 => format!("{target}: ended, no finding"),
+        runs => format!("{target}: {runs} executions, no finding"),
+    })
 }
 
 fn targets(workspace: &Workspace) -> Result<Vec<String>, Trouble> {

@@ -84,11 +84,8 @@ const fn window(size: u16, time_ms: u16) -> Option<WindowObjects> {
 
 const AXIS: AxisObjects = AxisObjects {
     base: 0x6000,
-    controlword: OBJECTS_CONST.handle(0x6040, 0),
     statusword: OBJECTS_CONST.handle(0x6041, 0),
-    mode: OBJECTS_CONST.need(0x6060, 0),
     mode_display: OBJECTS_CONST.need(0x6061, 0),
-    supported_modes: OBJECTS_CONST.optional(0x6502, 0),
     targets: TargetObjects {
         position: plain(0x607A, 0),
         velocity: plain(0x60FF, 0),
@@ -184,6 +181,9 @@ const fn controller(sub: u8) -> LoopObjects {
         damping: scaled(0x3019, sub + 1, 1.0 / 256.0),
     }
 }
+
+// A fault manager keeps a bit for each row.
+const _: () = assert!(faults::TABLE.len() <= 32);
 
 /// The drive.
 pub static P3: Personality = Personality {
