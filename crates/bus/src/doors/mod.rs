@@ -17,12 +17,16 @@
 //! half full, nothing is read from it. When the outbox is full it is dropped and told why. Single
 //! frames are never left out, and nobody else waits for it.
 //!
+//! **A client that connects and does not join** holds one of the seats that all doors share, so it
+//! is dropped after a while and told why.
+//!
 //! **Clients are told what they did wrong**: `< error … >` by socketcand, BEL by slcan. Where the
 //! stream cannot be trusted any more they are dropped, too.
 
-mod connection;
 mod outbox;
 mod roster;
+mod seats;
+mod serve;
 mod slcan;
 mod socketcand;
 
@@ -30,6 +34,7 @@ use crate::{Endpoint, Protocol};
 use can::Frame;
 use outbox::Outbox;
 use roster::{Happening, Roster};
+use seats::{Seat, Seats};
 use std::collections::VecDeque;
 use std::fmt;
 use std::io::{self, ErrorKind};
@@ -63,8 +68,12 @@ pub struct Options {
     pub held_frames: usize,
     /// Frames waiting to be sent to one client, before it is dropped. Default: 65 536.
     pub outbox_frames: usize,
-    /// Clients at one time, all doors together. Default: 64.
+    /// Clients at one time, all doors together: who has only connected counts, and so does who
+    /// has gone, until its [`Event::Left`] is taken. Default: 64.
     pub clients: usize,
+    /// How long a client may take from connecting until it is on the bus for the first time,
+    /// before it is dropped. Default: 10 s.
+    pub handshake: Duration,
     /// How long a closing connection may take to send what is still waiting. Default: 500 ms.
     pub linger: Duration,
 }
@@ -77,6 +86,7 @@ impl Default for Options {
             held_frames: 64,
             outbox_frames: 65_536,
             clients: 64,
+            handshake: Duration::from_secs(10),
             linger: Duration::from_millis(500),
         }
     }
@@ -149,6 +159,9 @@ pub enum LeaveReason {
     /// There are as many clients as may be.
     #[error("{0} clients are connected already, which is all there may be")]
     Crowded(usize),
+    /// It connected, but was not on the bus when this time was over: [`Options::handshake`].
+    #[error("it did not join the bus within {0:?}")]
+    Late(Duration),
     /// The doors are being closed.
     #[error("the bus is closing")]
     Closing,
@@ -240,7 +253,7 @@ impl Doors {
             .enable_time()
             .build()
             .map_err(|source| OpenError::Thread { source })?;
-        let work = connection::keep(listeners, roster.clone(), options.clone(), closed);
+        let work = serve::keep(listeners, roster.clone(), options.clone(), closed);
         let thread = std::thread::Builder::new()
             .name("doors".to_owned())
             .spawn(move || runtime.block_on(work))
@@ -462,6 +475,9 @@ fn farewell(protocol: Protocol, reason: &LeaveReason) -> Text {
         (Protocol::Socketcand, LeaveReason::TooSlow { waiting }) => socketcand::error(&format!(
             "you read too slowly, {waiting} frames were waiting"
         )),
+        (Protocol::Socketcand, LeaveReason::Late(time)) => {
+            socketcand::error(&format!("you did not join the bus within {time:?}"))
+        }
         (Protocol::Socketcand, reason) => socketcand::error(&reason.to_string()),
     }
 }

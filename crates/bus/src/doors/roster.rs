@@ -1,7 +1,7 @@
 //! Who is on the bus, and what each of them is still owed: the part that the simulation's thread
 //! and the sockets' thread share.
 
-use super::{ClientId, LeaveReason, Options, Outbox};
+use super::{ClientId, LeaveReason, Options, Outbox, Seat};
 use can::Frame;
 use std::collections::{HashMap, VecDeque};
 use std::net::SocketAddr;
@@ -66,6 +66,8 @@ struct Member {
     held: VecDeque<Frame>,
     leaving: Option<LeaveReason>,
     outbox: Arc<Outbox>,
+    /// Kept until the leaving is taken.
+    _seat: Arc<Seat>,
 }
 
 impl Roster {
@@ -89,15 +91,11 @@ impl Roster {
         self.arrived.notify_one();
     }
 
-    /// How many are on the bus, or were and have not been taken leave of.
-    pub(super) fn members(&self) -> usize {
-        self.state().members.len()
-    }
-
     /// Puts a client on the bus.
     pub(super) fn join(
         &self,
         outbox: &Arc<Outbox>,
+        seat: &Arc<Seat>,
         (door, peer): (usize, SocketAddr),
         listen_only: bool,
         bit_rate: Option<u32>,
@@ -111,6 +109,7 @@ impl Roster {
             held: VecDeque::new(),
             leaving: None,
             outbox: outbox.clone(),
+            _seat: seat.clone(),
         };
         state.members.insert(client, member);
         let joined = Happening::Joined {

@@ -5,6 +5,7 @@ mod garbage;
 mod handshake;
 mod peer;
 mod pressure;
+mod seats;
 
 use bus::{ClientId, Doors, Endpoint, Event, Options};
 use can::{Frame, StandardId};

@@ -1,9 +1,9 @@
-//! The thread that keeps the sockets: listening, and one conversation per client.
+//! The sockets' side, in a thread of its own: listening, and one conversation per client.
 
 use super::outbox::{Item, Next};
 use super::{
-    Action, ClientId, Effect, LeaveReason, Options, Outbox, Roster, Server, Text, farewell,
-    greeting, write_frame,
+    Action, ClientId, Effect, LeaveReason, Options, Outbox, Roster, Seat, Seats, Server, Text,
+    farewell, greeting, write_frame,
 };
 use crate::{Endpoint, Protocol};
 use can::Frame;
@@ -14,7 +14,7 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
@@ -30,28 +30,30 @@ pub(super) async fn keep(
     closing: watch::Receiver<bool>,
 ) {
     let mut doors = JoinSet::new();
+    let seats = Seats::new(options.clients);
     for (door, (listener, endpoint)) in listeners.into_iter().enumerate() {
-        let (roster, options, closing) = (roster.clone(), options.clone(), closing.clone());
         doors.spawn(attend(
             listener,
             Door {
                 door,
                 endpoint,
-                roster,
-                options,
-                closing,
+                roster: roster.clone(),
+                seats: seats.clone(),
+                options: options.clone(),
+                closing: closing.clone(),
             },
         ));
     }
     while doors.join_next().await.is_some() {}
 }
 
-/// What all conversations at one door share.
+/// What all conversations at one door share; of this, all doors share the roster and the seats.
 #[derive(Clone)]
 struct Door {
     door: usize,
     endpoint: Endpoint,
     roster: Arc<Roster>,
+    seats: Arc<Seats>,
     options: Options,
     closing: watch::Receiver<bool>,
 }
@@ -66,14 +68,12 @@ async fn attend(listener: TcpListener, door: Door) {
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
-                Ok((stream, peer)) => {
-                    let present = conversations.len().max(door.roster.members());
-                    if present < door.options.clients {
-                        conversations.spawn(converse(stream, peer, door.clone()));
-                    } else {
-                        turn_away(stream, peer, &door, present);
+                Ok((stream, peer)) => match door.seats.take() {
+                    Ok(seat) => {
+                        conversations.spawn(converse(stream, peer, door.clone(), seat));
                     }
-                }
+                    Err(taken) => turn_away(stream, peer, &door, taken),
+                },
                 // Out of file descriptors, or a client gone already: the next may do better.
                 Err(_) => sleep(Duration::from_millis(50)).await,
             },
@@ -101,7 +101,7 @@ fn turn_away(stream: TcpStream, peer: SocketAddr, door: &Door, present: usize) {
 }
 
 /// One client, from its connecting to the closing of its socket.
-async fn converse(stream: TcpStream, peer: SocketAddr, door: Door) {
+async fn converse(stream: TcpStream, peer: SocketAddr, door: Door, seat: Arc<Seat>) {
     // Without it answers are late, but right.
     let _ = stream.set_nodelay(true);
     let (mut input, output) = stream.into_split();
@@ -111,16 +111,20 @@ async fn converse(stream: TcpStream, peer: SocketAddr, door: Door) {
     outbox.say(greeting(protocol));
 
     let mut closing = door.closing.clone();
+    let joined = Arc::new(Notify::new());
     let mut client = Client {
         server: Server::new(&door.endpoint),
         place: (door.door, peer),
         roster: door.roster,
         outbox: outbox.clone(),
+        seat,
         stay: Stay::Outside,
+        joined: joined.clone(),
     };
     let reason = tokio::select! {
         reason = client.listen(&mut input) => reason,
         () = closed(&mut closing) => LeaveReason::Closing,
+        () = late(door.options.handshake, &joined) => LeaveReason::Late(door.options.handshake),
     };
     match client.stay {
         Stay::On(id) => client.roster.leave(id, reason.clone()),
@@ -143,6 +147,13 @@ async fn converse(stream: TcpStream, peer: SocketAddr, door: Door) {
     }
 }
 
+/// Until the time is over; never, if the client joins before.
+async fn late(time: Duration, joined: &Notify) {
+    if timeout(time, joined.notified()).await.is_ok() {
+        std::future::pending().await
+    }
+}
+
 /// Whether the client is on the bus.
 #[derive(Clone, Copy)]
 enum Stay {
@@ -157,7 +168,10 @@ struct Client {
     place: (usize, SocketAddr),
     roster: Arc<Roster>,
     outbox: Arc<Outbox>,
+    seat: Arc<Seat>,
     stay: Stay,
+    /// Told whenever the client has joined.
+    joined: Arc<Notify>,
 }
 
 impl Client {
@@ -205,10 +219,11 @@ impl Client {
                 // The writer runs in this thread, so the client cannot read the answer before
                 // it is on the roster: whoever it tells comes after it.
                 self.outbox.open(action.answer, Instant::now() + AFTER_JOIN);
-                let id = self
-                    .roster
-                    .join(&self.outbox, self.place, listen_only, bit_rate);
+                let id =
+                    self.roster
+                        .join(&self.outbox, &self.seat, self.place, listen_only, bit_rate);
                 self.stay = Stay::On(id);
+                self.joined.notify_one();
                 return Ok(());
             }
             Effect::Leave => {
