@@ -73,6 +73,8 @@ impl Link for VirtualLink<'_> {
                 })
                 .map_err(failed)?;
         }
+        // As a replay does it: what is due now comes first.
+        self.bus.run_until(self.bus.now());
         self.bus.send(self.client, frame);
         Ok(())
     }

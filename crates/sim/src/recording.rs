@@ -309,7 +309,7 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
             hint,
         }
     };
-    let input = BufReader::new(File::open(path).map_err(fail)?);
+    let mut input = BufReader::new(File::open(path).map_err(fail)?);
     let mut run = Run {
         header: RunHeader {
             seed: 0,
@@ -319,17 +319,23 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
         causes: Vec::new(),
     };
     let mut lines = 0;
-    for (number, line) in input.split(b'\n').enumerate() {
-        let line = line.map_err(fail)?;
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        input.read_until(b'\n', &mut line).map_err(fail)?;
+        // A line without its end was being written when the recording was cut off.
+        let Some(line) = line.strip_suffix(b"\n") else {
+            break;
+        };
         let wrong = |column: usize, what: String| ReadError::Line {
             path: path.to_owned(),
-            line: number + 1,
+            line: lines + 1,
             column,
             what,
         };
-        let line = std::str::from_utf8(&line)
+        let line = std::str::from_utf8(line)
             .map_err(|error| wrong(error.valid_up_to() + 1, "this is not text".to_owned()))?;
-        if number == 0 {
+        if lines == 0 {
             if line != FIRST_LINE {
                 let what = format!("a run file begins with '{FIRST_LINE}'");
                 return Err(wrong(1, what));
@@ -337,7 +343,7 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
         } else if !line.is_empty() {
             read_line(&mut run, line).map_err(|(column, what)| wrong(column, what))?;
         }
-        lines = number + 1;
+        lines += 1;
     }
     if lines == 0 || run.header.drives.is_empty() {
         return Err(ReadError::Line {

@@ -276,6 +276,14 @@ fn a_recording_replays_byte_for_byte() {
     assert!(replayed.cut_off);
     assert!(cut.len() > original.len() / 2 && original.starts_with(&cut));
 
+    // Cut off in the middle of a line, wherever that is: what was whole is replayed.
+    for bytes in [causes.len() - 1, causes.len() - 9, causes.len() * 2 / 3] {
+        std::fs::write(&run, &causes[..bytes]).unwrap();
+        let mut cut = Vec::new();
+        assert!(replay(&log, &mut cut).unwrap().cut_off);
+        assert!(original.starts_with(&cut));
+    }
+
     // Other causes, another log.
     std::fs::write(&run, causes.replace("block 1 on", "block 3 on")).unwrap();
     let mut other = Vec::new();
