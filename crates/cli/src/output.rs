@@ -27,7 +27,7 @@ pub(crate) fn tell(text: impl Display) {
 /// Prints a value as JSON with line breaks.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).map_err(Failure::unsuccessful)?;
     print(text)
@@ -36,7 +36,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
 /// Prints a value as JSON on one line, for streams.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub(crate) fn print_json_line(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(Failure::unsuccessful)?;
     print(text)
