@@ -1,6 +1,6 @@
 //! `cargo xtask`: every chore that a developer or a CI machine runs.
 //!
-//! `cargo xtask test` is all that CI runs. Each of its steps is a file here: [`format`], [`lint`],
+//! `cargo xtask test` is all that CI runs. Each of its steps is a file here: [`mod@format`], [`lint`],
 //! [`rust_tests`], [`docs`], [`transcripts`], [`outside`], [`dissect`], [`thumb`]. A step that needs
 //! something installs it, if it can do so without harm, and says so: Python packages into a virtual
 //! environment under `target/`, Debian packages with apt where this runs as root, a Rust target
