@@ -7,7 +7,7 @@ use crate::heartbeat::Heartbeat;
 use crate::nmt::{Command, Reset, command_for};
 use crate::outbox::{Outbox, Slot};
 use crate::pdo::{Rpdo, Tpdo};
-use crate::sdo::SdoServer;
+use crate::sdo::SdoConnection;
 use crate::sync::SyncConsumer;
 use crate::{Changed, Device, Emergency, Image, Instant, NmtState, NodeId, Owner, PDOS};
 
@@ -58,7 +58,7 @@ pub struct Node<M> {
     pub(crate) outbox: Outbox,
     pub(crate) heartbeat: Heartbeat,
     pub(crate) sync: SyncConsumer,
-    pub(crate) sdo: SdoServer,
+    pub(crate) sdo: SdoConnection,
     pub(crate) rpdo: [Rpdo; PDOS],
     pub(crate) tpdo: [Tpdo; PDOS],
     pub(crate) emergencies: EmergencyQueue,
@@ -80,7 +80,7 @@ impl<M: NodeMemory> Node<M> {
             outbox: Outbox::EMPTY,
             heartbeat: Heartbeat::OFF,
             sync: SyncConsumer::new(0x80),
-            sdo: SdoServer::new(id),
+            sdo: SdoConnection::new(id),
             rpdo: [Rpdo::OFF; PDOS],
             tpdo: [Tpdo::OFF; PDOS],
             emergencies: EmergencyQueue::EMPTY,
@@ -94,7 +94,7 @@ impl<M: NodeMemory> Node<M> {
     pub fn restart_communication(&mut self, stored: &[u8]) {
         self.state = NmtState::Initialising;
         self.emergencies = EmergencyQueue::EMPTY;
-        self.sdo = SdoServer::new(self.id);
+        self.sdo = SdoConnection::new(self.id);
         let table = &self.device.table;
         let mut image = Image::new(self.memory.as_mut());
         // What cannot be stored is no parameter: the error history and the serial number stay.

@@ -1,5 +1,6 @@
 //! Process data objects (CiA 301 7.2.2): mapping, reception, transmission.
 
+mod apply;
 mod mapping;
 mod receive;
 mod transmit;

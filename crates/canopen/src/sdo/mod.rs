@@ -1,7 +1,8 @@
 //! Service data objects (CiA 301 7.2.4): access to any object of the dictionary.
 
+mod connection;
 mod request;
-mod server;
+mod serve;
 
+pub(crate) use connection::SdoConnection;
 pub(crate) use request::Request;
-pub(crate) use server::SdoServer;

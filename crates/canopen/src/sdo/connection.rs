@@ -1,10 +1,10 @@
-//! The SDO server's answers.
+//! The SDO server's connection: its identifiers, and the answer that waits.
 
 use crate::{Abort, AcknowledgeData, Address, Dialect, NodeId, UploadReply};
 
-/// The default SDO server: which frames reach it, and the answer that waits to be sent.
+/// The default SDO connection: which frames are its requests, and the answer that waits to be sent.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SdoServer {
+pub(crate) struct SdoConnection {
     /// [`can::Frame::key`] of requests.
     pub(crate) request_key: u32,
     pub(crate) reply_id: u16,
@@ -13,11 +13,11 @@ pub(crate) struct SdoServer {
     pub(crate) waiting: Option<(Address, u32)>,
 }
 
-impl SdoServer {
+impl SdoConnection {
     /// The default connection of a node: 0x600 and 0x580 plus its ID (CiA 301 7.3.5).
-    pub(crate) fn new(node: NodeId) -> SdoServer {
+    pub(crate) fn new(node: NodeId) -> SdoConnection {
         let id = u16::from(node.get());
-        SdoServer {
+        SdoConnection {
             request_key: u32::from(0x600 + id),
             reply_id: 0x580 + id,
             reply: [0; 8],
