@@ -6,9 +6,9 @@
 //! gives a [`control::Command`] and takes a [`control::Feedback`]. [`Drive`] holds both, for one
 //! processor or one virtual drive.
 //!
-//! The way of a set-point: frame → [`Comms::receive`] → dictionary → [`Application`] (owner) → axis
-//! → demand → [`command`] → cascade → duty. The way back: sample → cascade → feedback →
-//! [`publish`] → dictionary → TPDO.
+//! The way of a set-point: frame → [`Comms::receive`] → dictionary → the owner in `application.rs` → axis
+//! → demand → `command.rs` → cascade → duty. The way back: sample → cascade → feedback →
+//! `publish.rs` → dictionary → TPDO.
 #![no_std]
 #![cfg_attr(
     not(test),
