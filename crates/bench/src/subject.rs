@@ -14,7 +14,7 @@ pub const MAPPED: [u16; 8] = [
     0x2000, 0x2001, 0x2002, 0x2003, 0x2004, 0x2005, 0x2006, 0x2007,
 ];
 
-/// The COB-IDs of the four TPDOs: those of the predefined connection set (CiA 301 7.3.5).
+/// The COB-IDs of the four TPDOs: those of the predefined connection set (CiA 301 7.3.3).
 pub const TPDO_COB_IDS: [u16; 4] = [0x185, 0x285, 0x385, 0x485];
 
 /// The COB-ID of NMT commands.
@@ -213,7 +213,7 @@ pub fn run_poll<S: Polled>(subject: &mut S, iterations: u64) -> Result<(), Wrong
     run_sync(subject, 0)
 }
 
-/// The request of an SDO upload of sub-index 0 (CiA 301 7.2.4.3.5).
+/// The request of an SDO upload of sub-index 0 (CiA 301 7.2.4.3.6).
 fn upload_request(index: u16) -> [u8; 8] {
     let [low, high] = index.to_le_bytes();
     [0x40, low, high, 0, 0, 0, 0, 0]

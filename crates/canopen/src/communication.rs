@@ -32,7 +32,7 @@ impl<M: NodeMemory> Node<M> {
     /// Whether a value may be written to a communication object.
     pub(crate) fn judge_communication(&self, address: Address, raw: u32) -> Result<(), Abort> {
         match (address.index, address.sub) {
-            // Only 0 may be written: it clears the history (CiA 301 7.5.2.6).
+            // Only 0 may be written: it clears the history (CiA 301 7.5.2.4).
             (0x1003, 0) if raw != 0 || !self.device.dialect.history_clearable => {
                 Err(Abort::INVALID_VALUE)
             }
@@ -130,7 +130,7 @@ impl<M: NodeMemory> Node<M> {
     }
 
     /// Whether 0x1003,`sub` may be read: an entry that holds no error has no data (CiA 301
-    /// 7.5.2.6).
+    /// 7.5.2.4).
     #[cold]
     pub(crate) fn history_has(&self, sub: u8) -> bool {
         let count = self

@@ -3,7 +3,7 @@
 /// What the first byte of an expedited upload answer says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UploadReply {
-    /// 0x43, 0x47, 0x4B or 0x4F: expedited, size indicated (CiA 301 7.2.4.3.5).
+    /// 0x43, 0x47, 0x4B or 0x4F: expedited, size indicated (CiA 301 7.2.4.3.6).
     Sized,
     /// 0x42: expedited, size not indicated, eight bytes zero padded (P3, P2).
     Unsized,
@@ -59,7 +59,7 @@ pub struct Dialect {
     /// Goes to operational after boot-up, unless 0x1F80 exists and has bit 2 set (CiA 302-2; P3
     /// l.378). If false the device waits in pre-operational, whatever 0x1F80 holds (J9).
     pub boots_to_operational: bool,
-    /// Writing 0 to 0x1003,0 clears the error history (CiA 301 7.5.2.6; not in the P3, P40).
+    /// Writing 0 to 0x1003,0 clears the error history (CiA 301 7.5.2.4; not in the P3, P40).
     pub history_clearable: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Emergency producer, error register and error history (CiA 301 7.2.7, 7.5.2.2, 7.5.2.6).
+//! Emergency producer, error register and error history (CiA 301 7.2.7, 7.5.2.2, 7.5.2.4).
 
 /// Contents of an emergency frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

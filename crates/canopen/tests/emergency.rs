@@ -1,4 +1,4 @@
-//! Emergency producer and error history against CiA 301 7.2.7, 7.5.2.2, 7.5.2.6.
+//! Emergency producer and error history against CiA 301 7.2.7, 7.5.2.2, 7.5.2.4.
 
 mod harness;
 

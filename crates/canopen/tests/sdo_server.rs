@@ -16,7 +16,7 @@ fn play(device: &'static canopen::Device, dialogues: &[Dialogue]) {
     }
 }
 
-/// An upload answer says its size: 0x43 four bytes, 0x4B two, 0x4F one (7.2.4.3.5).
+/// An upload answer says its size: 0x43 four bytes, 0x4B two, 0x4F one (7.2.4.3.6).
 #[test]
 fn standard_uploads() {
     play(

@@ -126,7 +126,7 @@ impl From<SdoError> for PdoError {
 const OFF: u32 = 1 << 31;
 
 impl Pdo {
-    /// A PDO under the identifier of the predefined connection set (CiA 301 7.3.5); `None` for
+    /// A PDO under the identifier of the predefined connection set (CiA 301 7.3.3); `None` for
     /// numbers other than 1 to 4, which have none.
     pub fn predefined(
         node: NodeId,
@@ -354,7 +354,7 @@ mod tests {
 
     #[test]
     fn predefined_identifiers_are_the_standards() {
-        // CiA 301 7.3.5, table 40.
+        // CiA 301 7.3.3, table 40.
         for (direction, number, cob_id) in [
             (Direction::Transmit, 1, 0x183),
             (Direction::Receive, 1, 0x203),

@@ -14,7 +14,7 @@ pub(crate) struct SdoConnection {
 }
 
 impl SdoConnection {
-    /// The default connection of a node: 0x600 and 0x580 plus its ID (CiA 301 7.3.5).
+    /// The default connection of a node: 0x600 and 0x580 plus its ID (CiA 301 7.3.3).
     pub(crate) fn new(node: NodeId) -> SdoConnection {
         let id = u16::from(node.get());
         SdoConnection {
@@ -32,7 +32,7 @@ impl SdoConnection {
         self.reply = [command, index_low, index_high, address.sub, d0, d1, d2, d3];
     }
 
-    /// Answers an upload with `bytes` bytes (CiA 301 7.2.4.3.5).
+    /// Answers an upload with `bytes` bytes (CiA 301 7.2.4.3.6).
     #[inline]
     pub(crate) fn uploaded(&mut self, address: Address, raw: u32, bytes: u8, dialect: &Dialect) {
         let command = match dialect.upload_reply {

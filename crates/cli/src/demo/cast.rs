@@ -39,7 +39,7 @@ impl Actor {
             node,
             direction,
             number,
-            // The predefined connection set (CiA 301 7.3.5), which is the P3's default.
+            // The predefined connection set (CiA 301 7.3.3), which is the P3's default.
             cob_id: u16::from(node.get())
                 + match (direction, number) {
                     (Direction::Receive, _) => 0x200,

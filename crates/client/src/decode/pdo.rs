@@ -66,7 +66,7 @@ impl Pdos {
     }
 
     /// The PDO of this node, if one, that has the 11-bit identifier `id`: by its COB-ID if that is
-    /// known, else by the predefined connection set (CiA 301 7.3.5).
+    /// known, else by the predefined connection set (CiA 301 7.3.3).
     pub(super) fn find(&self, node: NodeId, id: u16) -> Option<(Direction, u16, Option<&Pdo>)> {
         let known = self.known.iter().find(|(_, pdo)| {
             pdo.cob_id.is_some_and(|cob_id| {

@@ -243,7 +243,7 @@ impl Pattern {
         found
     }
 
-    /// Whether a master sends this identifier, by the predefined connection set (CiA 301 7.3.5):
+    /// Whether a master sends this identifier, by the predefined connection set (CiA 301 7.3.3):
     /// NMT, SYNC, TIME, RPDOs, SDO requests and LSS.
     pub(super) fn is_masters(&self) -> bool {
         !self.is_extended
