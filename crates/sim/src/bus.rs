@@ -1,16 +1,13 @@
 //! One simulated bus: a medium, its drives, the gateway, and the order of events.
 
-use std::path::PathBuf;
-
 use can::Frame;
-use canopen::{Instant, NodeId, store::Damage};
-use drive::ParameterError;
+use canopen::{Instant, NodeId};
 
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
 use crate::medium::{InFlight, Medium, Sender, Traffic};
+use crate::notice::{Notice, NoticeKind};
 use crate::probe::ProbeSample;
-use crate::store::StoreError;
 
 /// What a bus is.
 #[derive(Debug)]
@@ -19,60 +16,6 @@ pub struct BusSettings {
     pub seed: u64,
     /// The drives, of different node IDs.
     pub drives: Vec<DriveSettings>,
-}
-
-/// Something that people should know of.
-#[derive(Debug)]
-pub struct Notice {
-    /// When.
-    pub at: Instant,
-    /// Which drive.
-    pub node: NodeId,
-    /// What.
-    pub kind: NoticeKind,
-}
-
-/// What people should know of.
-#[derive(Debug)]
-pub enum NoticeKind {
-    /// The stored parameters were damaged; the drive has started on its defaults. The damaged file
-    /// is kept under the name given, if there is a file.
-    StoreDamaged {
-        /// What is wrong with them.
-        damage: Damage,
-        /// Where they are kept now.
-        kept: Result<Option<PathBuf>, StoreError>,
-    },
-    /// A save command failed.
-    CannotStore(StoreError),
-    /// The personality's defaults make no drive.
-    CannotStart(ParameterError),
-    /// Collisions have driven it off the bus.
-    BusOff,
-}
-
-impl std::fmt::Display for Notice {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "node {}: ", self.node)?;
-        match &self.kind {
-            NoticeKind::StoreDamaged { damage, kept } => {
-                write!(f, "the stored parameters are damaged ({damage})")?;
-                match kept {
-                    Ok(Some(path)) => write!(f, ", kept as {}", path.display())?,
-                    Ok(None) => {}
-                    Err(error) => write!(f, ", and {error}")?,
-                }
-                f.write_str("; it starts on its defaults and reports parameter error 0x6320")
-            }
-            NoticeKind::CannotStore(error) => write!(f, "{error}"),
-            NoticeKind::CannotStart(error) => {
-                write!(f, "it cannot start, its defaults make no drive: {error:?}")
-            }
-            NoticeKind::BusOff => {
-                f.write_str("bus-off: another participant sends with the same identifiers")
-            }
-        }
-    }
 }
 
 /// A simulated bus.

@@ -9,10 +9,10 @@ use drive::{Drive, Hardware, Health, PwmTiming, Request};
 use personalities::Personality;
 use plant::{Parameters, Plant};
 
-use crate::bus::NoticeKind;
 use crate::controller::Controller;
 use crate::latency::Latency;
 use crate::medium::ErrorCounters;
+use crate::notice::NoticeKind;
 use crate::store::ParameterStore;
 
 /// The largest set of parameters that a virtual drive can store, bytes.
