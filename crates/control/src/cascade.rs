@@ -1,12 +1,12 @@
 //! The whole control period: sensors, estimators, three loops, limits, modulation.
 
 use crate::current::CurrentLoop;
-use crate::demand::Demand;
 use crate::i2t::I2tSum;
 use crate::io::{Duty, Sample};
 use crate::motion::{MotionInput, MotionLoops};
 use crate::parameters::{Constants, Parameters};
-use crate::transform::{Frame, Rotor, clarke};
+use crate::segment::Segment;
+use crate::transform::{Rotation, Rotor, clarke};
 use crate::velocity::Tracker;
 use crate::{Command, Feedback, FrameSource, Limits, Mask as _, Real, modulation};
 
@@ -24,7 +24,7 @@ const LEAST_BUS_V: f32 = 1.0;
 pub struct Cascade<R: Real> {
     constants: Constants<R>,
     command: Command<R>,
-    demand: Demand<R>,
+    segment: Segment<R>,
     tracker: Tracker<R>,
     motion: MotionLoops<R>,
     current: CurrentLoop<R>,
@@ -59,7 +59,7 @@ impl<R: Real> Cascade<R> {
         Self {
             constants: Constants::of(parameters),
             command: Command::idle(),
-            demand: Demand::of(&Command::idle()),
+            segment: Segment::of(&Command::idle()),
             tracker: Tracker::new(),
             motion: MotionLoops::new(),
             current: CurrentLoop::new(),
@@ -87,7 +87,7 @@ impl<R: Real> Cascade<R> {
         self.constants = Constants::of(parameters);
         let turned = (before * R::of_count(self.constants.user_polarity)).lt(R::splat(0.0));
         self.tracker.reverse(turned);
-        self.demand.reverse(turned);
+        self.segment.reverse(turned);
         self.motion.reverse(turned);
         self.matched_velocity = R::select(turned, -self.matched_velocity, self.matched_velocity);
     }
@@ -109,7 +109,7 @@ impl<R: Real> Cascade<R> {
             current_a: command.current_limit,
             velocity: command.velocity_limit,
         });
-        self.demand = Demand::of(command);
+        self.segment = Segment::of(command);
     }
 
     /// Changes the limits of the command in force; its segment goes on.
@@ -125,7 +125,7 @@ impl<R: Real> Cascade<R> {
     /// axis does not.
     pub fn preset_position(&mut self, position: R::Count) {
         let offset = R::count_sub(position, self.tracker.position());
-        self.demand.shift(offset);
+        self.segment.shift(offset);
         self.shown.0 = R::count_add(self.shown.0, offset);
         self.tracker.preset(position);
     }
@@ -147,9 +147,9 @@ impl<R: Real> Cascade<R> {
             let angle = R::count_add(rotor, (velocity * advance).to_count());
             R::count_select(source.angle_given, source.angle, angle)
         };
-        let at_sample = Frame::<R>::at(advanced(c.sample_advance));
+        let at_sample = Rotation::<R>::at(advanced(c.sample_advance));
         let angle = advanced(c.apply_advance);
-        let at_apply = Frame::<R>::at(angle);
+        let at_apply = Rotation::<R>::at(angle);
 
         // What flows.
         let scale = R::splat(c.scales.current_a);
@@ -162,18 +162,18 @@ impl<R: Real> Cascade<R> {
         // What shall flow.
         let starts = enabled & !self.was_enabled;
         let closed = enabled & self.command.position_loop;
-        self.demand
+        self.segment
             .follow(!closed | starts, self.tracker.position());
-        let lag = R::count_sub(self.demand.position, self.tracker.position());
-        self.following_error = R::of_count(lag) + self.demand.fraction;
-        self.shown = (self.demand.position, self.demand.fraction);
+        let lag = R::count_sub(self.segment.position, self.tracker.position());
+        self.following_error = R::of_count(lag) + self.segment.fraction;
+        self.shown = (self.segment.position, self.segment.fraction);
         let limit = self
             .command
             .current_limit
             .least(c.amplifier_limit_a)
             .least(self.i2t.limit(&c.i2t));
         let closed_velocity = enabled & (self.command.position_loop | self.command.velocity_loop);
-        let ahead = self.demand.velocity - self.matched_velocity;
+        let ahead = self.segment.velocity - self.matched_velocity;
         let matched = (self.matched_velocity + self.tracker.part() * ahead).sane();
         self.matched_velocity = R::select(closed_velocity, matched, velocity);
         let unrealised = self.motion.demand_current - sign * actual.q;
@@ -185,7 +185,7 @@ impl<R: Real> Cascade<R> {
                 following_error: self.following_error,
                 velocity_demand: self.matched_velocity + self.command.velocity_offset,
                 velocity,
-                current_demand: self.demand.current + self.demand.acceleration_current,
+                current_demand: self.segment.current + self.segment.acceleration_current,
                 velocity_limit: self.command.velocity_limit,
                 current_limit: limit,
                 unrealised: R::select(self.voltage_limited, unrealised, zero),
@@ -242,7 +242,7 @@ impl<R: Real> Cascade<R> {
         self.voltage_v = voltage;
         self.angle = angle;
         self.smooth(sample);
-        self.demand.advance(self.constants.period_s);
+        self.segment.advance(self.constants.period_s);
         duty
     }
 
@@ -286,11 +286,11 @@ impl<R: Real> Cascade<R> {
             current_d_a: self.measured_a.d,
             demand_position,
             demand_fraction,
-            next_position: self.demand.position,
-            next_fraction: self.demand.fraction,
-            next_velocity: self.demand.velocity,
-            next_current_a: self.demand.current,
-            next_periods_left: self.demand.periods_left(),
+            next_position: self.segment.position,
+            next_fraction: self.segment.fraction,
+            next_velocity: self.segment.velocity,
+            next_current_a: self.segment.current,
+            next_periods_left: self.segment.periods_left(),
             following_error: self.following_error,
             demand_velocity: self.motion.demand_velocity,
             demand_current_a: self.motion.demand_current,

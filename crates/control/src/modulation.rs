@@ -66,12 +66,12 @@ pub fn duties<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transform::Frame;
+    use crate::transform::Rotation;
 
     const BUS_V: f32 = 48.0;
 
     fn realised(vector: Rotor<f32>, angle: i32, margin: f32) -> [f32; 3] {
-        let stator = Frame::<f32>::at(angle).unpark(vector);
+        let stator = Rotation::<f32>::at(angle).unpark(vector);
         duties(stator, 1.0 / BUS_V, reach(margin), true).phase
     }
 
@@ -89,7 +89,7 @@ mod tests {
                     let (held, limited) = inside_circle(vector, radius);
                     assert!(!limited);
                     let duty = realised(held, angle, margin);
-                    let [a, b, c] = phases(Frame::<f32>::at(angle).unpark(vector));
+                    let [a, b, c] = phases(Rotation::<f32>::at(angle).unpark(vector));
                     for (got, wanted) in [
                         (duty[0] - duty[1], a - b),
                         (duty[1] - duty[2], b - c),

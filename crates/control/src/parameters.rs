@@ -42,7 +42,7 @@ pub struct EncoderSettings<R: Real> {
 
 /// The power stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage<R: Real> {
+pub struct PowerStage<R: Real> {
     /// Conversion of the sensors.
     pub scales: Scales,
     /// Converter counts of phases A and B at no current, calibrated (P3 0x3009).
@@ -90,7 +90,7 @@ pub struct Parameters<R: Real> {
     /// The encoder.
     pub encoder: EncoderSettings<R>,
     /// The power stage.
-    pub stage: Stage<R>,
+    pub stage: PowerStage<R>,
     /// Gains.
     pub gains: Gains<R>,
     /// The motor's thermal limit.

@@ -22,9 +22,9 @@ pub struct Rotor<R: Real> {
     pub q: R,
 }
 
-/// The frame of an electrical angle: its sine and cosine, computed once for both directions.
+/// The rotation by an electrical angle: its sine and cosine, computed once for both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<R: Real> {
+pub struct Rotation<R: Real> {
     sine: R,
     cosine: R,
 }
@@ -48,8 +48,9 @@ pub fn phases<R: Real>(vector: Stator<R>) -> [R; 3] {
     [vector.alpha, along + across, along - across]
 }
 
-impl<R: Real> Frame<R> {
-    /// The frame whose d axis stands at an electrical angle (2³² are one turn) from phase A.
+impl<R: Real> Rotation<R> {
+    /// The rotation into the frame whose d axis stands at an electrical angle (2³² are one turn)
+    /// from phase A.
     #[inline(always)]
     pub fn at(angle: R::Count) -> Self {
         let (sine, cosine) = crate::sin_cos::<R>(angle);
@@ -98,7 +99,7 @@ mod tests {
             let third = 2.0 * core::f64::consts::PI / 3.0;
             let ahead = radians + core::f64::consts::PI / 6.0;
             let phase = |shift: f64| (3.0 * (ahead - shift).cos()) as f32;
-            let seen = Frame::<f32>::at(angle).park(clarke(phase(0.0), phase(third)));
+            let seen = Rotation::<f32>::at(angle).park(clarke(phase(0.0), phase(third)));
             assert!((seen.d - 2.598_076).abs() < 4e-6, "{seen:?}");
             assert!((seen.q - 1.5).abs() < 4e-6, "{seen:?}");
         }
@@ -107,11 +108,11 @@ mod tests {
     #[test]
     fn there_and_back_is_the_same() {
         for (angle, _) in turn() {
-            let frame = Frame::<f32>::at(angle);
+            let rotation = Rotation::<f32>::at(angle);
             let sent = Rotor { d: -0.7, q: 2.9 };
-            let [a, b, c] = phases(frame.unpark(sent));
+            let [a, b, c] = phases(rotation.unpark(sent));
             assert!((a + b + c).abs() < 2e-6);
-            let back = frame.park(clarke(a, b));
+            let back = rotation.park(clarke(a, b));
             assert!((back.d - sent.d).abs() < 3e-6, "{back:?}");
             assert!((back.q - sent.q).abs() < 3e-6, "{back:?}");
         }
@@ -120,10 +121,10 @@ mod tests {
     #[test]
     fn power_is_three_halves_of_the_product_of_vectors() {
         for (angle, _) in turn().into_iter().step_by(37) {
-            let frame = Frame::<f32>::at(angle);
+            let rotation = Rotation::<f32>::at(angle);
             let (voltage, current) = (Rotor { d: 1.5, q: 11.0 }, Rotor { d: -0.2, q: 0.7 });
-            let [va, vb, vc] = phases(frame.unpark(voltage));
-            let [ia, ib, ic] = phases(frame.unpark(current));
+            let [va, vb, vc] = phases(rotation.unpark(voltage));
+            let [ia, ib, ic] = phases(rotation.unpark(current));
             let power = va * ia + vb * ib + vc * ic;
             assert!(
                 (power - 1.5 * (1.5 * -0.2 + 11.0 * 0.7)).abs() < 2e-5,

@@ -9,7 +9,8 @@ use control::io::Sample;
 use control::tuning::Pi;
 use control::velocity::Cutoff;
 use control::{
-    Cascade, Command, EncoderSettings, FrameSource, Gains, Mask, Motor, Parameters, Real, Stage,
+    Cascade, Command, EncoderSettings, FrameSource, Gains, Mask, Motor, Parameters, PowerStage,
+    Real,
 };
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -174,7 +175,7 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
             loop_cutoff: cutoff(of, |e| e.loop_cutoff),
             reported_cutoff: cutoff(of, |e| e.reported_cutoff),
         },
-        stage: Stage {
+        stage: PowerStage {
             scales: of[0].stage.scales,
             current_zero: [0, 1].map(|i| lanes(of, |p| p.stage.current_zero[i])),
             current_limit_a: lanes(of, |p| p.stage.current_limit_a),

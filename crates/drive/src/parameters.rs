@@ -4,7 +4,7 @@ use canopen::Image;
 use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
-use control::{EncoderSettings, Gains, Motor, Parameters, Stage};
+use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage};
 use personalities::{LoopObjects, Personality};
 
 use crate::Hardware;
@@ -175,7 +175,7 @@ pub(crate) fn read_parameters(
             loop_cutoff: Cutoff::LOOP,
             reported_cutoff: Cutoff::REPORTED,
         },
-        stage: Stage {
+        stage: PowerStage {
             scales: hardware.scales,
             current_zero: [image.real(zero_a), image.real(zero_b)],
             current_limit_a: amplifier_a,

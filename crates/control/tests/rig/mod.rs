@@ -7,7 +7,7 @@ use control::i2t::I2t;
 use control::io::{Duty, Sample, Scales};
 use control::tuning::{self, Pi, Rule};
 use control::velocity::Cutoff;
-use control::{Cascade, EncoderSettings, Gains, Motor, Parameters, Stage};
+use control::{Cascade, EncoderSettings, Gains, Motor, Parameters, PowerStage};
 use std::f64::consts::TAU;
 
 pub const PHASE_R_OHM: f64 = 13.1 / 2.0;
@@ -52,7 +52,7 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             loop_cutoff: Cutoff::LOOP,
             reported_cutoff: Cutoff::REPORTED,
         },
-        stage: Stage {
+        stage: PowerStage {
             scales: SCALES,
             current_zero: [2048.0, 2048.0],
             current_limit_a: 5.0,

@@ -1,4 +1,4 @@
-//! The demand between two segments, advanced every control period.
+//! The segment in force: where its demand stands, advanced every control period.
 
 use crate::{Command, Real};
 
@@ -7,9 +7,9 @@ use crate::{Command, Real};
 /// late, as SYNC and frames do, then makes no pulse of current.
 const PATIENCE: i32 = 2;
 
-/// Where the demand stands and how it moves.
+/// Where the demand of a segment stands and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Demand<R: Real> {
+pub(crate) struct Segment<R: Real> {
     pub(crate) position: R::Count,
     pub(crate) fraction: R,
     pub(crate) velocity: R,
@@ -24,7 +24,7 @@ pub(crate) struct Demand<R: Real> {
     of_position: R::Mask,
 }
 
-impl<R: Real> Demand<R> {
+impl<R: Real> Segment<R> {
     /// The start of a segment.
     pub(crate) fn of(command: &Command<R>) -> Self {
         let lasts = R::splat(0.0).lt(R::of_count(command.periods));
@@ -141,22 +141,22 @@ mod tests {
                 periods: 20,
                 ..Command::idle()
             };
-            let mut demand = Demand::of(&command);
+            let mut segment = Segment::of(&command);
             for period in 0..=25 {
-                let got = f64::from(demand.position) + f64::from(demand.fraction);
+                let got = f64::from(segment.position) + f64::from(segment.fraction);
                 let wanted = exact(&command, period.min(20));
                 assert!((got - wanted).abs() < 1e-4, "{got} {wanted}");
-                assert!((0.0..1.0).contains(&demand.fraction));
+                assert!((0.0..1.0).contains(&segment.fraction));
                 // The slope still feeds forward for the two periods after the end.
                 if period >= 22 {
-                    assert_eq!(demand.velocity, 0.0);
+                    assert_eq!(segment.velocity, 0.0);
                 } else {
                     let period = period.min(20);
                     let slope =
                         f64::from(velocity) + f64::from(acceleration) * 50e-6 * f64::from(period);
-                    assert!((f64::from(demand.velocity) - slope).abs() < 1.0);
+                    assert!((f64::from(segment.velocity) - slope).abs() < 1.0);
                 }
-                demand.advance(PERIOD_S);
+                segment.advance(PERIOD_S);
             }
         }
     }
@@ -171,10 +171,10 @@ mod tests {
             periods: 1,
             ..Command::idle()
         };
-        let mut demand = Demand::of(&command);
-        demand.advance(PERIOD_S);
-        assert_eq!(demand.position, i32::MIN);
-        assert!((demand.fraction - 0.5).abs() < 1e-6);
+        let mut segment = Segment::of(&command);
+        segment.advance(PERIOD_S);
+        assert_eq!(segment.position, i32::MIN);
+        assert!((segment.fraction - 0.5).abs() < 1e-6);
     }
 
     #[test]
@@ -189,16 +189,16 @@ mod tests {
             periods: 4,
             ..Command::idle()
         };
-        let mut demand = Demand::of(&command);
+        let mut segment = Segment::of(&command);
         for period in 0..10 {
             // That of the acceleration ends two periods after it.
             let wanted = if period < 6 { 0.25 } else { 0.0 };
-            assert_eq!(demand.acceleration_current, wanted);
-            demand.advance(PERIOD_S);
+            assert_eq!(segment.acceleration_current, wanted);
+            segment.advance(PERIOD_S);
         }
-        assert!((demand.velocity - 300.0).abs() < 1e-3);
-        assert!((demand.current - 0.3).abs() < 1e-6);
-        assert_eq!(demand.position, 0);
+        assert!((segment.velocity - 300.0).abs() < 1e-3);
+        assert!((segment.current - 0.3).abs() < 1e-6);
+        assert_eq!(segment.position, 0);
     }
 
     #[test]
@@ -210,17 +210,17 @@ mod tests {
             acceleration: 1e9,
             ..Command::idle()
         };
-        let mut demand = Demand::of(&command);
-        demand.advance(PERIOD_S);
+        let mut segment = Segment::of(&command);
+        segment.advance(PERIOD_S);
         assert_eq!(
-            (demand.position, demand.fraction, demand.velocity),
+            (segment.position, segment.fraction, segment.velocity),
             (7, 0.0, 0.0)
         );
     }
 
     #[test]
     fn reversal_negates() {
-        let mut demand = Demand::of(&Command::<f32> {
+        let mut segment = Segment::of(&Command::<f32> {
             position_loop: true,
             position: 3,
             fraction: 0.25,
@@ -228,8 +228,8 @@ mod tests {
             periods: 5,
             ..Command::idle()
         });
-        demand.reverse(true);
-        assert_eq!((demand.position, demand.fraction), (-4, 0.75));
-        assert_eq!(demand.velocity, -2.0);
+        segment.reverse(true);
+        assert_eq!((segment.position, segment.fraction), (-4, 0.75));
+        assert_eq!(segment.velocity, -2.0);
     }
 }
