@@ -71,7 +71,7 @@ pub(crate) struct LoopParameters {
     pub(crate) amperes_per_pm: f32,
     /// Per mille of rated torque of 1 A.
     pub(crate) pm_per_ampere: f32,
-    /// Current that accelerates the rotor, A per count/s².
+    /// Current fed forward for a demanded acceleration, A per count/s².
     pub(crate) amperes_per_acceleration: f32,
 }
 
@@ -209,7 +209,8 @@ pub(crate) fn read_parameters(
         timing,
         amperes_per_pm,
         pm_per_ampere: torque_constant / rated_torque * 1e3,
-        amperes_per_acceleration: tuning::acceleration_current(inertia, torque_constant, counts)?,
+        amperes_per_acceleration: gains.acceleration_feed_forward
+            * tuning::acceleration_current(inertia, torque_constant, counts)?,
     })
 }
 

@@ -220,6 +220,8 @@ pub struct GainObjects {
     pub velocity: LoopObjects,
     /// Position controller.
     pub position: LoopObjects,
+    /// Share of the current for the demanded acceleration that is fed forward, 0 to 1.
+    pub acceleration_feed_forward: f32,
 }
 
 /// One controller.

@@ -138,7 +138,11 @@ fn the_following_error_is_there_while_moving_and_gone_afterwards() {
     }
     let moved = errors.iter().filter(|error| **error != 0).count();
     assert!(moved > 10, "{errors:?}");
-    assert!(errors.iter().all(|error| error.abs() < 20), "{errors:?}");
+    // Without acceleration feed-forward a critically damped velocity loop lags by (1 − (1 + ωt)e^−ωt)
+    // a/ω² after a step of acceleration, before the position loop takes it back: at most 50.7 counts
+    // for 2π·100 Hz.
+    let most = errors.iter().map(|error| error.abs()).max().unwrap();
+    assert!((10..51).contains(&most), "{errors:?}");
     master.run_ms(300);
     assert!(master.read(1, 0x60F4, 0).abs() <= 1);
     assert!((master.position(1) - to).abs() <= 1);

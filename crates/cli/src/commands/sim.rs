@@ -26,8 +26,8 @@ use crate::{Failure, drive_kind, output, time_span};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  servobus sim                                      one P3, node 1, at socketcand://127.0.0.1:29536
-  servobus sim --nodes 1-3 --store ./drives         three, which remember what they stored
+  servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
+  servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
   servobus sim --record run.log                     can-utils and python-can read run.log;
@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
     drive: &'static Personality,
     /// Their node IDs: 5, 1-3 or 1,4.
-    #[arg(long, default_value = "1", allow_hyphen_values = true)]
+    #[arg(long, default_value = "1-3", allow_hyphen_values = true)]
     nodes: NodeList,
     /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT;
     /// may be given several times; `none` opens no door [default: socketcand://127.0.0.1:29536]

@@ -51,13 +51,15 @@ fn every_target_is_reached_in_the_time_that_physics_gives() {
         // Half of 23 mNm at 32 mNm/A are 0.359 A.
         let push = report.acts[3].phase.extremes(report.acts[3].node);
         assert!((0.355..0.45).contains(&push.current_a), "{push:?}");
+        // A profile's acceleration changes by 20 million counts/s² at once; without feed-forward of it
+        // the velocity loop of 2π·100 Hz lags by at most that over ω², 50.7 counts. In cyclic position
         // SYNC and the loops' periods drift against each other without a jolt: the error stays within
         // the P3's position window, and the current near what the acceleration needs. Least jerk
         // has at most 10/√3 way / time²: 4.54 million counts/s² of the 12 turns in 0.25 s, which
         // 4.45 gcm² and 31.56 mNm/A make 98 mA; as much again is left for ripple.
-        for act in &report.acts[..3] {
+        for (act, most) in report.acts.iter().zip([50.7, 50.7, 20.0]) {
             let error = act.phase.extremes(act.node).following_error_counts;
-            assert!(error < 20.0, "{seed}: {error}");
+            assert!(error > 1.0 && error < most, "{seed}: {error}");
         }
         let current_a = report.acts[2].phase.extremes(report.acts[2].node).current_a;
         assert!((0.098..0.2).contains(&current_a), "{seed}: {current_a}");

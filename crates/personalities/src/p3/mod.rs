@@ -171,6 +171,9 @@ const AMPLIFIER: AmplifierObjects = AmplifierObjects {
         current_q: controller(3),
         velocity: controller(10),
         position: controller(5),
+        // The manual knows velocity feed-forward only (change AR); so the position lags while the
+        // speed changes.
+        acceleration_feed_forward: 0.0,
     },
 };
 
