@@ -88,8 +88,8 @@ fn main() {
             println!("{ms:3} ms  in   {:22} {what}", frame.to_string());
             node.receive(&frame, now, &mut pump);
         }
-        node.poll(now); // needed at `node.next_deadline()` only; more often does no harm
-        while let Some(frame) = node.transmit() {
+        node.poll(now, &mut pump); // needed at `node.next_deadline()` only; more often does no harm
+        while let Some(frame) = node.transmit(&mut pump) {
             println!("{ms:3} ms  out  {frame}"); // on a microcontroller: your CAN driver
         }
         // The application: a first-order lag of 10 ms toward the target.

@@ -42,6 +42,19 @@ impl Frame {
     /// `len` (at most 8) of `data`. Never fails: the form for code that has checked already.
     #[inline]
     pub fn classic(id: u16, data: [u8; 8], len: u8) -> Frame {
+        Frame::keyed(u32::from(id & 0x7FF), data, len)
+    }
+
+    /// A data frame whose identifier is that of `key` (see [`Frame::key`]; the bits of a remote
+    /// frame and beyond the identifier are left out), and the first `len` (at most 8) of `data`.
+    /// Never fails.
+    #[inline]
+    pub fn keyed(key: u32, data: [u8; 8], len: u8) -> Frame {
+        let id_bits = if key & EXTENDED != 0 {
+            EXTENDED | 0x1FFF_FFFF
+        } else {
+            0x7FF
+        };
         let len = if len > 8 { 8 } else { len };
         // Clear what lies past the length, so that equality means equality on the wire.
         // In two steps, because a shift by all 64 bits is none.
@@ -49,7 +62,7 @@ impl Frame {
         let keep = u64::MAX >> half >> half;
         let data = (u64::from_le_bytes(data) & keep).to_le_bytes();
         Frame {
-            key: u32::from(id & 0x7FF),
+            key: key & id_bits,
             len,
             data,
         }

@@ -3,7 +3,8 @@
 
 use crate::row::flag;
 use crate::{
-    Abort, Address, Entry, Events, Image, Instant, Node, NodeMemory, Owner, RangeAbort, Verdict,
+    Abort, Address, DataType, Entry, Events, Image, Instant, Node, NodeMemory, Owner, RangeAbort,
+    Verdict,
 };
 
 /// How a write ended.
@@ -53,14 +54,63 @@ impl<M: NodeMemory> Node<M> {
         Ok(Written::Now)
     }
 
+    /// The same for an object that is no number of at most four bytes: `new` are as many bytes as a
+    /// number has, or of a string at most as many as its object has.
+    #[cold]
+    pub(crate) fn write_long<O: Owner>(
+        &mut self,
+        address: Address,
+        entry: &Entry,
+        new: &[u8],
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) -> Result<Written, Abort> {
+        let room = usize::from(entry.field.size());
+        let may_be_shorter = entry.field.data_type() == DataType::Text;
+        match new.len() {
+            long if long > room => return Err(Abort::TOO_LONG),
+            short if short < room && !may_be_shorter => return Err(Abort::TOO_SHORT),
+            _ => {}
+        }
+        if entry.has(flag::RANGE)
+            && let (Some(row), Some(wide)) = (self.device.table.row(entry), new.first_chunk())
+        {
+            row.check_wide_range(u64::from_le_bytes(*wide))
+                .map_err(|exact| self.range_abort(exact))?;
+        }
+        let mut image = Image::new(self.memory.as_mut());
+        if entry.has(flag::ASKS) {
+            match owner.write(&image, address, new) {
+                Verdict::Accept => {}
+                Verdict::Done => {
+                    events.changed.insert(entry.class);
+                    return Ok(Written::Now);
+                }
+                Verdict::Refuse(abort) => return Err(abort),
+                Verdict::Later => return Ok(Written::Later),
+            }
+        }
+        image.set_bytes(entry.field, new);
+        events.changed.insert(entry.class);
+        if entry.has(flag::NODE) {
+            self.communication_changed(address, now);
+        }
+        Ok(Written::Now)
+    }
+
     fn check_range(&self, entry: &Entry, raw: u32) -> Result<(), Abort> {
         let Some(row) = self.device.table.row(entry) else {
             return Ok(());
         };
         row.check_range(raw)
-            .map_err(|exact| match self.device.dialect.range_abort {
-                RangeAbort::TooHighTooLow => exact,
-                RangeAbort::Invalid => Abort::INVALID_VALUE,
-            })
+            .map_err(|exact| self.range_abort(exact))
+    }
+
+    fn range_abort(&self, exact: Abort) -> Abort {
+        match self.device.dialect.range_abort {
+            RangeAbort::TooHighTooLow => exact,
+            RangeAbort::Invalid => Abort::INVALID_VALUE,
+        }
     }
 }

@@ -33,7 +33,7 @@ impl core::fmt::Display for NodeId {
 pub struct CobId(pub u32);
 
 impl CobId {
-    /// A key that no data frame with an 11-bit identifier has: "listens to nothing".
+    /// A key that no data frame has: "listens to nothing".
     pub(crate) const NO_KEY: u32 = u32::MAX;
 
     /// Bit 31: the PDO or service does not exist.
@@ -46,31 +46,53 @@ impl CobId {
         self.0 & (1 << 29) != 0
     }
 
-    /// The 11-bit identifier.
+    /// The identifier: 29 bits if [`CobId::is_extended`], else 11.
+    pub const fn raw_id(self) -> u32 {
+        if self.is_extended() {
+            self.0 & 0x1FFF_FFFF
+        } else {
+            self.0 & 0x7FF
+        }
+    }
+
+    /// The low 11 bits of the identifier.
     pub const fn id(self) -> u16 {
         (self.0 & 0x7FF) as u16
     }
 
-    /// Whether the identifier is one that CiA 301 (7.3.5, restricted CAN-IDs) keeps for its own
-    /// services, so that no PDO, SYNC, TIME or EMCY may be moved onto it.
-    pub const fn is_restricted(self) -> bool {
-        matches!(
-            self.id(),
-            0x000..=0x07F
-                | 0x101..=0x180
-                | 0x581..=0x5FF
-                | 0x601..=0x67F
-                | 0x6E0..=0x6FF
-                | 0x701..=0x7FF
-        )
+    /// Bits 11 to 28 of an identifier of 11 bits, which must be 0.
+    pub(crate) const fn has_stray_bits(self) -> bool {
+        !self.is_extended() && self.0 & 0x1FFF_F800 != 0
     }
-}
 
-impl CobId {
-    /// Whether a service with this COB-ID exists: valid, 11 bits, and not on a restricted
-    /// identifier, whatever was put into the image.
-    pub(crate) const fn is_usable(self) -> bool {
-        !self.is_off() && !self.is_extended() && !self.is_restricted()
+    /// Whether the identifier is one that CiA 301 (7.3.5, restricted CAN-IDs) keeps for its own
+    /// services, so that no PDO, SYNC, TIME, EMCY or further SDO may be moved onto it.
+    pub const fn is_restricted(self) -> bool {
+        !self.is_extended()
+            && matches!(
+                self.id(),
+                0x000..=0x07F
+                    | 0x101..=0x180
+                    | 0x581..=0x5FF
+                    | 0x601..=0x67F
+                    | 0x6E0..=0x6FF
+                    | 0x701..=0x7FF
+            )
+    }
+
+    /// [`can::Frame::key`] of data frames with this identifier.
+    pub(crate) const fn key(self) -> u32 {
+        if self.is_extended() {
+            self.raw_id() | 1 << 31
+        } else {
+            self.raw_id()
+        }
+    }
+
+    /// Whether a service with this COB-ID exists: valid and not on a restricted identifier,
+    /// whatever was put into the image; with 29 bits only where the device has those.
+    pub(crate) const fn is_usable(self, extended: bool) -> bool {
+        !self.is_off() && (extended || !self.is_extended()) && !self.is_restricted()
     }
 }
 

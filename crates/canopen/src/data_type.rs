@@ -20,25 +20,73 @@ pub enum DataType {
     U32,
     /// REAL32.
     F32,
-    /// VISIBLE_STRING, constant.
+    /// INTEGER64.
+    I64,
+    /// UNSIGNED64.
+    U64,
+    /// REAL64.
+    F64,
+    /// VISIBLE_STRING: constant in flash, or as many bytes in the image as its row says.
     Text,
+    /// OCTET_STRING: as many bytes in the image as its row says.
+    Bytes,
+    /// DOMAIN: a stream of the owner's; nothing in the image.
+    Domain,
 }
 
 impl DataType {
-    /// Bytes in the image and on the wire; 0 for text, whose length its row says.
+    /// Bytes in the image and on the wire; 0 for strings, whose length the row says, and streams.
     #[inline]
     pub const fn size(self) -> u8 {
         match self {
             DataType::Bool | DataType::I8 | DataType::U8 => 1,
             DataType::I16 | DataType::U16 => 2,
             DataType::I32 | DataType::U32 | DataType::F32 => 4,
-            DataType::Text => 0,
+            DataType::I64 | DataType::U64 | DataType::F64 => 8,
+            DataType::Text | DataType::Bytes | DataType::Domain => 0,
+        }
+    }
+
+    /// Bits in a PDO: a BOOLEAN is one (CiA 301 7.1.4.2); 0 for what no PDO carries.
+    #[inline]
+    pub const fn bits(self) -> u8 {
+        match self {
+            DataType::Bool => 1,
+            other => other.size() * 8,
+        }
+    }
+
+    /// Whether it is a number or a BOOLEAN, of a length that the type alone says.
+    pub const fn is_number(self) -> bool {
+        self.size() != 0
+    }
+
+    /// The index in the dictionary's area of static data types (CiA 301 table 44).
+    pub const fn code(self) -> u16 {
+        match self {
+            DataType::Bool => 0x0001,
+            DataType::I8 => 0x0002,
+            DataType::I16 => 0x0003,
+            DataType::I32 => 0x0004,
+            DataType::U8 => 0x0005,
+            DataType::U16 => 0x0006,
+            DataType::U32 => 0x0007,
+            DataType::F32 => 0x0008,
+            DataType::Text => 0x0009,
+            DataType::Bytes => 0x000A,
+            DataType::Domain => 0x000F,
+            DataType::F64 => 0x0011,
+            DataType::I64 => 0x0015,
+            DataType::U64 => 0x001B,
         }
     }
 
     /// Whether the type is an integer with a sign.
     pub const fn is_signed(self) -> bool {
-        matches!(self, DataType::I8 | DataType::I16 | DataType::I32)
+        matches!(
+            self,
+            DataType::I8 | DataType::I16 | DataType::I32 | DataType::I64
+        )
     }
 
     /// The standard's name.
@@ -52,11 +100,17 @@ impl DataType {
             DataType::U16 => "UNSIGNED16",
             DataType::U32 => "UNSIGNED32",
             DataType::F32 => "REAL32",
+            DataType::I64 => "INTEGER64",
+            DataType::U64 => "UNSIGNED64",
+            DataType::F64 => "REAL64",
             DataType::Text => "VISIBLE_STRING",
+            DataType::Bytes => "OCTET_STRING",
+            DataType::Domain => "DOMAIN",
         }
     }
 
-    /// The smallest and greatest value of an integer type; `None` for the others.
+    /// The smallest and greatest value of an integer type, as far as an `i64` can say it; `None` for
+    /// the others.
     pub const fn bounds(self) -> Option<(i64, i64)> {
         match self {
             DataType::Bool => Some((0, 1)),
@@ -66,12 +120,17 @@ impl DataType {
             DataType::U8 => Some((0, u8::MAX as i64)),
             DataType::U16 => Some((0, u16::MAX as i64)),
             DataType::U32 => Some((0, u32::MAX as i64)),
-            DataType::F32 | DataType::Text => None,
+            DataType::I64 => Some((i64::MIN, i64::MAX)),
+            DataType::U64 => Some((0, i64::MAX)),
+            DataType::F32 | DataType::F64 | DataType::Text | DataType::Bytes | DataType::Domain => {
+                None
+            }
         }
     }
 
     /// Four little-endian bytes (as an expedited transfer carries them) as a number, sign
-    /// extended. Real numbers are truncated toward zero; text is 0.
+    /// extended. Real numbers are truncated toward zero; what is no number of at most four bytes is
+    /// 0, see [`DataType::wide_number`].
     #[inline]
     pub const fn number(self, raw: u32) -> i64 {
         match self {
@@ -82,7 +141,24 @@ impl DataType {
             DataType::I16 => raw as u16 as i16 as i64,
             DataType::I32 => raw as i32 as i64,
             DataType::F32 => f32::from_bits(raw) as i64,
-            DataType::Text => 0,
+            DataType::I64
+            | DataType::U64
+            | DataType::F64
+            | DataType::Text
+            | DataType::Bytes
+            | DataType::Domain => 0,
+        }
+    }
+
+    /// Eight little-endian bytes as a number. An UNSIGNED64 above the greatest `i64` is that; real
+    /// numbers are truncated toward zero.
+    pub const fn wide_number(self, raw: u64) -> i64 {
+        match self {
+            DataType::I64 => raw as i64,
+            DataType::U64 if raw > i64::MAX as u64 => i64::MAX,
+            DataType::U64 => raw as i64,
+            DataType::F64 => f64::from_bits(raw) as i64,
+            narrow => narrow.number(raw as u32),
         }
     }
 }
@@ -91,10 +167,10 @@ impl DataType {
 pub trait Wire: Copy {
     /// The dictionary type.
     const TYPE: DataType;
-    /// From the low bytes of an expedited transfer.
-    fn from_raw(raw: u32) -> Self;
-    /// To the low bytes of an expedited transfer.
-    fn to_raw(self) -> u32;
+    /// From the low bytes, as an image and the wire hold them.
+    fn from_raw(raw: u64) -> Self;
+    /// To the low bytes.
+    fn to_raw(self) -> u64;
 }
 
 macro_rules! wire {
@@ -102,12 +178,12 @@ macro_rules! wire {
         impl Wire for $rust {
             const TYPE: DataType = DataType::$kind;
             #[inline(always)]
-            fn from_raw(raw: u32) -> Self {
+            fn from_raw(raw: u64) -> Self {
                 raw as $rust
             }
             #[inline(always)]
-            fn to_raw(self) -> u32 {
-                self as $unsigned as u32
+            fn to_raw(self) -> u64 {
+                self as $unsigned as u64
             }
         }
     )*};
@@ -117,19 +193,33 @@ wire! {
     u8, u8, U8;
     u16, u16, U16;
     u32, u32, U32;
+    u64, u64, U64;
     i8, u8, I8;
     i16, u16, I16;
     i32, u32, I32;
+    i64, u64, I64;
 }
 
 impl Wire for f32 {
     const TYPE: DataType = DataType::F32;
     #[inline(always)]
-    fn from_raw(raw: u32) -> Self {
-        f32::from_bits(raw)
+    fn from_raw(raw: u64) -> Self {
+        f32::from_bits(raw as u32)
     }
     #[inline(always)]
-    fn to_raw(self) -> u32 {
+    fn to_raw(self) -> u64 {
+        u64::from(self.to_bits())
+    }
+}
+
+impl Wire for f64 {
+    const TYPE: DataType = DataType::F64;
+    #[inline(always)]
+    fn from_raw(raw: u64) -> Self {
+        f64::from_bits(raw)
+    }
+    #[inline(always)]
+    fn to_raw(self) -> u64 {
         self.to_bits()
     }
 }
@@ -137,11 +227,11 @@ impl Wire for f32 {
 impl Wire for bool {
     const TYPE: DataType = DataType::Bool;
     #[inline(always)]
-    fn from_raw(raw: u32) -> Self {
+    fn from_raw(raw: u64) -> Self {
         raw & 0xFF != 0
     }
     #[inline(always)]
-    fn to_raw(self) -> u32 {
-        self as u32
+    fn to_raw(self) -> u64 {
+        self as u64
     }
 }

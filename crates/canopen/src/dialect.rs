@@ -18,6 +18,20 @@ pub enum AcknowledgeData {
     Echo,
 }
 
+/// Which SDO transfers a server offers beside the expedited ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SdoTransfers {
+    /// None: the others get 0x05040001 (P3 l.166).
+    Expedited,
+    /// Segmented and block transfers (CiA 301 7.2.4.2).
+    All {
+        /// How long a server waits for its client's next step, ms.
+        timeout_ms: u16,
+        /// Segments in a block that a client sends, 1 to 127.
+        block_size: u8,
+    },
+}
+
 /// When a synchronous RPDO's data are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RpdoSync {
@@ -45,6 +59,8 @@ pub struct Dialect {
     pub upload_reply: UploadReply,
     /// How a download is acknowledged.
     pub acknowledge_data: AcknowledgeData,
+    /// Which SDO transfers are served beside the expedited ones.
+    pub sdo: SdoTransfers,
     /// Which abort a value out of range gets.
     pub range_abort: RangeAbort,
     /// A COB-ID may be changed and a PDO mapped anew while it is valid: setting sub-index 0 to 0 is
@@ -54,6 +70,20 @@ pub struct Dialect {
     pub rpdo_sync: RpdoSync,
     /// TPDO type 0 is sent on every SYNC, like type 1 (P13); in the standard it is acyclic.
     pub tpdo_type_0_is_cyclic: bool,
+    /// TPDOs are sent by events, inhibit time and event timer are obeyed, and RPDOs have deadlines
+    /// (CiA 301 7.2.2.2). If not, these parameters are stored without effect (P51).
+    pub pdo_events: bool,
+    /// Emergencies keep the inhibit time 0x1015; if not, it is stored without effect.
+    pub emcy_inhibit: bool,
+    /// Bit 30 of 0x1005 can make the node a SYNC producer.
+    pub produces_sync: bool,
+    /// Remote transmission requests are answered: TPDO types 252 and 253, node guarding. If not,
+    /// those types get 0x06090030 (P3 l.174).
+    pub remote_requests: bool,
+    /// Services may be moved onto identifiers of 29 bits (not in the P3, l.178).
+    pub extended_identifiers: bool,
+    /// The node is an LSS slave (CiA 305).
+    pub lss: bool,
     /// TPDOs answer SYNC in pre-operational, too (P14).
     pub tpdo_in_pre_operational: bool,
     /// Goes to operational after boot-up, unless 0x1F80 exists and has bit 2 set (CiA 302-2; P3
@@ -69,10 +99,20 @@ impl Dialect {
         short_requests: false,
         upload_reply: UploadReply::Sized,
         acknowledge_data: AcknowledgeData::Zeros,
+        sdo: SdoTransfers::All {
+            timeout_ms: 1000,
+            block_size: 127,
+        },
         range_abort: RangeAbort::TooHighTooLow,
         reconfigure_while_valid: false,
         rpdo_sync: RpdoSync::Next,
         tpdo_type_0_is_cyclic: false,
+        pdo_events: true,
+        emcy_inhibit: true,
+        produces_sync: true,
+        remote_requests: true,
+        extended_identifiers: true,
+        lss: true,
         tpdo_in_pre_operational: false,
         boots_to_operational: false,
         history_clearable: true,

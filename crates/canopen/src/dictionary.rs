@@ -99,6 +99,7 @@ pub const fn layout<const N: usize>(parts: &[&[Row]]) -> Dictionary<N> {
     };
     let mut hot = [first; N];
     let mut offset: u32 = 0;
+    let mut longest: u32 = 0;
     let mut i = 0;
     while i < N {
         let row = rows[i];
@@ -111,18 +112,21 @@ pub const fn layout<const N: usize>(parts: &[&[Row]]) -> Dictionary<N> {
             );
         }
         let size = row.size() as u32;
-        // Values are aligned to their size, so that a copy is one load and one store.
-        if size > 1 {
+        // Numbers are aligned to their size, so that a copy is one load and one store.
+        if row.data_type.size() > 1 {
             offset = offset.next_multiple_of(size);
         }
+        if row.length as u32 > longest && row.writable() {
+            longest = row.length as u32;
+        }
         let place = match row.default {
-            Default::Text(text) => text.len() as u32,
+            Default::Text(text) if row.is_in_flash() => text.len() as u32,
             _ => offset,
         };
         assert!(place <= u16::MAX as u32, "the image exceeds 64 KiB");
         hot[i] = Hot {
             key: row.address.key(),
-            field: Field::new(place as u16, row.data_type),
+            field: Field::sized(place as u16, row.data_type, row.size()),
             flags: row.flags(),
             count: row.count,
             class: row.class,
@@ -130,11 +134,15 @@ pub const fn layout<const N: usize>(parts: &[&[Row]]) -> Dictionary<N> {
         offset += size * row.count as u32;
         i += 1;
     }
-    assert!(offset <= u16::MAX as u32, "the image exceeds 64 KiB");
+    assert!(
+        offset + longest <= u16::MAX as u32,
+        "the image exceeds 64 KiB"
+    );
     Dictionary {
         hot,
         rows,
-        image_bytes: offset as u16,
+        value_bytes: offset as u16,
+        image_bytes: (offset + longest) as u16,
     }
 }
 
@@ -163,6 +171,9 @@ const fn check(row: &Row) {
     assert!(row.class < 32, "change classes are 1 to 31");
     assert!(!row.name.is_empty(), "a row has a name");
     match row.default {
+        Default::Value(_) if matches!(row.data_type, DataType::Domain) => {
+            assert!(!row.maps_rpdo && !row.maps_tpdo, "no PDO can map a stream");
+        }
         Default::Value(value) => match row.data_type.bounds() {
             Some((low, high)) => {
                 assert!(
@@ -176,9 +187,12 @@ const fn check(row: &Row) {
                     assert!(value <= maximum, "a default lies above its maximum");
                 }
             }
-            None => panic!("REAL32 and text rows need a default of their own kind"),
+            None => panic!("real numbers and strings need a default of their own kind"),
         },
-        Default::Real(_) => assert!(matches!(row.data_type, DataType::F32), "a real default"),
+        Default::Real(_) => assert!(
+            matches!(row.data_type, DataType::F32 | DataType::F64),
+            "a real default"
+        ),
         Default::PlusNode(_) => {
             assert!(
                 matches!(row.data_type, DataType::U32),
@@ -186,14 +200,22 @@ const fn check(row: &Row) {
             )
         }
         Default::Text(text) => {
-            assert!(matches!(row.data_type, DataType::Text), "a text default");
             assert!(
-                text.len() <= 4,
-                "text longer than an expedited transfer carries"
+                matches!(row.data_type, DataType::Text | DataType::Bytes),
+                "a text default"
             );
             assert!(
-                !row.maps_rpdo && !row.maps_tpdo,
-                "text stays in flash, so no PDO can map it"
+                row.is_in_flash() || text.len() <= row.length as usize,
+                "a default text is longer than its object"
+            );
+            assert!(
+                !row.is_in_flash() || !row.writable(),
+                "text in flash cannot be written: declare a string"
+            );
+            assert!(!row.maps_rpdo && !row.maps_tpdo, "no PDO can map a string");
+            assert!(
+                row.length > 0 || matches!(row.data_type, DataType::Text),
+                "bytes have a length"
             );
         }
     }
@@ -204,6 +226,7 @@ const fn check(row: &Row) {
 pub struct Dictionary<const N: usize> {
     hot: [Hot; N],
     rows: [Row; N],
+    value_bytes: u16,
     image_bytes: u16,
 }
 
@@ -213,6 +236,7 @@ impl<const N: usize> Dictionary<N> {
         Table {
             hot: &self.hot,
             rows: &self.rows,
+            value_bytes: self.value_bytes,
             image_bytes: self.image_bytes,
         }
     }
@@ -290,13 +314,14 @@ impl<const N: usize> Dictionary<N> {
 pub struct Table {
     hot: &'static [Hot],
     rows: &'static [Row],
+    value_bytes: u16,
     image_bytes: u16,
 }
 
 /// One object found in a [`Table`].
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// Where its value lies and its type; for text, `offset` is the length.
+    /// Where its value lies, and its type.
     pub field: Field,
     /// Which row it belongs to.
     pub row: u16,
@@ -322,9 +347,15 @@ impl Entry {
 }
 
 impl Table {
-    /// Bytes that a node's image needs.
+    /// Bytes that a node's image needs: the values, and room in which the longest string that can be
+    /// written is gathered before it is judged.
     pub const fn image_bytes(&self) -> usize {
         self.image_bytes as usize
+    }
+
+    /// Bytes of the values.
+    pub(crate) const fn value_bytes(&self) -> usize {
+        self.value_bytes as usize
     }
 
     /// The rows in the order of index and sub-index.
@@ -414,14 +445,20 @@ impl Table {
             .zip(self.rows)
             .filter(|(_, row)| wanted(row))
         {
-            let raw = match row.default {
-                Default::Value(value) => value as u32,
-                Default::Real(value) => value.to_bits(),
-                Default::PlusNode(base) => base.wrapping_add(u32::from(node.get())),
-                Default::Text(_) => continue,
+            let raw = match (row.default, row.data_type) {
+                (Default::Value(value), _) => value as u64,
+                (Default::Real(value), DataType::F64) => f64::from(value).to_bits(),
+                (Default::Real(value), _) => u64::from(value.to_bits()),
+                (Default::PlusNode(base), _) => u64::from(base.wrapping_add(u32::from(node.get()))),
+                (Default::Text(text), _) => {
+                    for step in 0..hot.count {
+                        image.set_bytes(hot.field.nth(u16::from(step)), text.as_bytes());
+                    }
+                    continue;
+                }
             };
             for step in 0..hot.count {
-                image.set_raw(hot.field.nth(u16::from(step)), raw);
+                image.set_bytes(hot.field.nth(u16::from(step)), &raw.to_le_bytes());
             }
         }
     }

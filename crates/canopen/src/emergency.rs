@@ -1,4 +1,8 @@
-//! Emergency producer, error register and error history (CiA 301 7.2.7, 7.5.2.2, 7.5.2.4).
+//! Emergency producer and consumer, error register and error history (CiA 301 7.2.7, 7.5.2.2,
+//! 7.5.2.4).
+
+use crate::outbox::Slot;
+use crate::{CobId, Events, Image, Instant, News, NmtState, Node, NodeId, NodeMemory};
 
 /// Contents of an emergency frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +41,12 @@ pub(crate) struct EmergencyQueue {
     first: u8,
     waiting: u8,
     lost: u32,
+    /// Shortest time from one to the next (0x1015), 100 µs.
+    pub(crate) inhibit: u16,
+    /// No emergency is sent before.
+    free_at: Instant,
+    /// When the next waiting one may be sent.
+    pub(crate) due: Instant,
 }
 
 impl EmergencyQueue {
@@ -51,7 +61,18 @@ impl EmergencyQueue {
         first: 0,
         waiting: 0,
         lost: 0,
+        inhibit: 0,
+        free_at: Instant::ZERO,
+        due: Instant::NEVER,
     };
+
+    /// Forgets what waits; the inhibit time stays.
+    pub(crate) fn clear(&mut self) {
+        *self = EmergencyQueue {
+            inhibit: self.inhibit,
+            ..EmergencyQueue::EMPTY
+        };
+    }
 
     /// Appends; if the ring is full the newest is not sent, and counted.
     pub(crate) fn push(&mut self, emergency: Emergency) {
@@ -82,5 +103,100 @@ impl EmergencyQueue {
 
     pub(crate) fn lost(&self) -> u32 {
         self.lost
+    }
+}
+
+impl<M: NodeMemory> Node<M> {
+    /// Announces an error, or the end of one (`code` 0x0000): sends an emergency frame with the
+    /// error register `register`, which becomes 0x1001, and puts a code other than 0 in front of
+    /// the error history 0x1003. The frame waits for the end of the inhibit time 0x1015.
+    pub fn announce(&mut self, code: u16, register: u8, vendor: [u8; 5], now: Instant) {
+        let objects = &self.device.objects;
+        let mut image = Image::new(self.memory.as_mut());
+        if let Some(handle) = objects.error_register {
+            image.set(handle, register);
+        }
+        if code != 0 {
+            let mut newest = u32::from(code);
+            let mut count = 0;
+            for handle in objects.history.iter().flatten() {
+                let older = image.get(*handle);
+                image.set(*handle, newest);
+                count += 1;
+                newest = older;
+                if older == 0 {
+                    break;
+                }
+            }
+            if let Some(handle) = objects.history_count {
+                image.set(handle, count);
+            }
+        }
+        if self.emcy_exists && self.state != NmtState::Initialising {
+            self.emergencies.push(Emergency {
+                code,
+                register,
+                vendor,
+            });
+            self.release_emergency(now);
+        }
+    }
+
+    /// Lets the next emergency go, or notes when it may.
+    pub(crate) fn release_emergency(&mut self, now: Instant) {
+        let queue = &mut self.emergencies;
+        if queue.is_empty() || self.outbox.is_waiting(Slot::Emergency) {
+            queue.due = Instant::NEVER;
+            return;
+        }
+        if now < queue.free_at {
+            queue.due = queue.free_at;
+            self.due = self.due.min(queue.due);
+            return;
+        }
+        queue.due = Instant::NEVER;
+        queue.free_at = now.plus_us(100 * u64::from(queue.inhibit));
+        if queue.inhibit != 0 {
+            // Whether there is a further one is looked at when it may be sent.
+            queue.due = queue.free_at;
+            self.due = self.due.min(queue.due);
+        }
+        self.outbox.post(Slot::Emergency);
+    }
+
+    /// Takes the emergency that is sent now.
+    pub(crate) fn take_emergency(&mut self) -> Option<Emergency> {
+        let emergency = self.emergencies.pop()?;
+        if !self.emergencies.is_empty() && self.emergencies.inhibit == 0 {
+            self.outbox.post(Slot::Emergency);
+        }
+        Some(emergency)
+    }
+
+    /// A frame that may be the emergency of a node in 0x1028; whether it is.
+    pub(crate) fn receive_emergency(&mut self, key: u32, data: &[u8], events: &mut Events) -> bool {
+        let Some(run) = self.device.objects.emcy_consumers else {
+            return false;
+        };
+        let Ok(bytes) = <[u8; 8]>::try_from(data) else {
+            return false;
+        };
+        for n in 0..run.count {
+            let cob_id = CobId(self.raw(run.nth(n)));
+            let usable = cob_id.is_usable(self.device.dialect.extended_identifiers);
+            if usable && cob_id.0 != 0 && cob_id.key() == key {
+                // Sub-index n is for node n (CiA 301 7.5.2.28).
+                self.received = NodeId::new(n.saturating_add(1))
+                    .map(|node| (node, Emergency::from_bytes(bytes)));
+                events.news.insert(News::EMERGENCY);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The last emergency of a node in 0x1028.
+    pub fn received_emergency(&self) -> Option<(NodeId, Emergency)> {
+        self.received
     }
 }

@@ -24,6 +24,11 @@ impl Heartbeat {
         };
     }
 
+    /// Whether there is one.
+    pub(crate) fn is_on(&self) -> bool {
+        self.period_ms != 0
+    }
+
     /// Whether a heartbeat is due; if so the next one is scheduled. A late call does not produce a
     /// burst: the next is due one period after the missed time, or after `now` if that is past too.
     pub(crate) fn take_due(&mut self, now: Instant) -> bool {

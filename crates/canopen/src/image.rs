@@ -87,14 +87,19 @@ pub struct Field {
 
 impl Field {
     pub(crate) const fn new(offset: u16, data_type: DataType) -> Field {
+        Field::sized(offset, data_type, data_type.size())
+    }
+
+    /// A place whose `size` the type does not say: a string's.
+    pub(crate) const fn sized(offset: u16, data_type: DataType, size: u8) -> Field {
         Field {
             offset,
             data_type,
-            size: data_type.size(),
+            size,
         }
     }
 
-    /// Where it lies in the image; for text, its length.
+    /// Where it lies in the image; for text in flash, its length.
     #[inline]
     pub(crate) const fn offset(self) -> u16 {
         self.offset
@@ -116,7 +121,8 @@ impl Field {
         self.data_type
     }
 
-    /// Bytes of its value.
+    /// Bytes that it has in the image: of a number its length, of a string the greatest it can
+    /// have; 0 for constant text and streams, which are not there.
     #[inline]
     pub const fn size(self) -> u8 {
         self.size
@@ -140,19 +146,48 @@ impl<'a> Image<'a> {
     /// The value of an object.
     #[inline]
     pub fn get<T: Wire>(&self, handle: Handle<T>) -> T {
-        T::from_raw(self.raw(handle.field()))
+        let field = handle.field();
+        T::from_raw(match T::TYPE.size() {
+            8 => self.wide(field),
+            _ => u64::from(self.raw(field)),
+        })
     }
 
     /// Sets the value of an object.
     #[inline]
     pub fn set<T: Wire>(&mut self, handle: Handle<T>, value: T) {
-        self.set_raw(handle.field(), value.to_raw());
+        let field = handle.field();
+        match T::TYPE.size() {
+            8 => self.set_bytes(field, &value.to_raw().to_le_bytes()),
+            _ => self.set_raw(field, value.to_raw() as u32),
+        }
     }
 
-    /// The value's bytes, zero extended to four.
+    /// The bytes of a number of at most four, zero extended to four; 0 for everything else.
     #[inline]
     pub fn raw(&self, field: Field) -> u32 {
         raw(self.bytes, field)
+    }
+
+    /// The bytes of a number of at most eight, zero extended to eight; 0 for everything else.
+    pub fn wide(&self, field: Field) -> u64 {
+        wide(self.bytes, field)
+    }
+
+    /// All of a value's bytes; none for what is not in the image.
+    pub fn bytes(&self, field: Field) -> &[u8] {
+        bytes(self.bytes, field)
+    }
+
+    /// Sets a value's bytes; where `value` ends before it, the rest becomes 0.
+    pub fn set_bytes(&mut self, field: Field, value: &[u8]) {
+        let at = usize::from(field.offset);
+        let Some(place) = self.bytes.get_mut(at..at + usize::from(field.size())) else {
+            return;
+        };
+        for (n, byte) in place.iter_mut().enumerate() {
+            *byte = value.get(n).copied().unwrap_or(0);
+        }
     }
 
     /// Sets the value's bytes from the low ones of `raw`.
@@ -190,7 +225,10 @@ impl<'a> Image<'a> {
     /// The value as a number, sign extended; a real number is truncated.
     #[inline]
     pub fn number(&self, field: Field) -> i64 {
-        field.data_type.number(self.raw(field))
+        match field.size() {
+            8 => field.data_type.wide_number(self.wide(field)),
+            _ => field.data_type.number(self.raw(field)),
+        }
     }
 
     /// The value as a real number.
@@ -198,6 +236,7 @@ impl<'a> Image<'a> {
     pub fn real(&self, field: Field) -> f32 {
         match field.data_type {
             DataType::F32 => f32::from_bits(self.raw(field)),
+            DataType::F64 => f64::from_bits(self.wide(field)) as f32,
             _ => self.number(field) as f32,
         }
     }
@@ -205,6 +244,14 @@ impl<'a> Image<'a> {
     /// Stores a number, held within the object's type.
     #[inline]
     pub fn set_number(&mut self, field: Field, value: i64) {
+        if field.size() == 8 {
+            let raw = match field.data_type {
+                DataType::F64 => (value as f64).to_bits(),
+                DataType::U64 if value < 0 => 0,
+                _ => value as u64,
+            };
+            return self.set_bytes(field, &raw.to_le_bytes());
+        }
         let raw = match field.data_type.bounds() {
             Some((low, high)) => {
                 if value < low {
@@ -237,4 +284,21 @@ pub(crate) fn raw(bytes: &[u8], field: Field) -> u32 {
         },
         _ => 0,
     }
+}
+
+/// All of a value's bytes; none where `image` ends before.
+pub(crate) fn bytes(image: &[u8], field: Field) -> &[u8] {
+    let at = usize::from(field.offset);
+    image.get(at..at + usize::from(field.size())).unwrap_or(&[])
+}
+
+/// The value's bytes, zero extended to eight; 0 for one that has more.
+pub(crate) fn wide(image: &[u8], field: Field) -> u64 {
+    let bytes = bytes(image, field);
+    let mut raw = [0; 8];
+    match raw.get_mut(..bytes.len()) {
+        Some(place) => place.copy_from_slice(bytes),
+        None => return 0,
+    }
+    u64::from_le_bytes(raw)
 }

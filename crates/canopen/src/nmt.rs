@@ -1,6 +1,7 @@
-//! Network management: the slave's states and the master's commands.
+//! Network management: the slave's states, the master's commands, and what errors do to the state.
 
-use crate::NodeId;
+use crate::outbox::Slot;
+use crate::{Abort, Events, Instant, Node, NodeId, NodeMemory, Owner, SDO_SERVERS};
 
 /// State of an NMT slave (CiA 301 7.3.2.2). The number is what a heartbeat carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,4 +102,107 @@ pub(crate) fn command_for(node: NodeId, data: &[u8]) -> Option<Command> {
     (target == 0 || target == node.get())
         .then(|| Command::from_byte(command))
         .flatten()
+}
+
+impl<M: NodeMemory> Node<M> {
+    pub(crate) fn obey<O: Owner>(
+        &mut self,
+        command: Command,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let state = match command {
+            Command::Start => NmtState::Operational,
+            Command::Stop => NmtState::Stopped,
+            Command::EnterPreOperational => NmtState::PreOperational,
+            Command::ResetNode => return events.reset = Some(Reset::Node),
+            Command::ResetCommunication => return events.reset = Some(Reset::Communication),
+        };
+        self.change_state(state, now, owner, events);
+    }
+
+    /// A communication error that CiA 301 7.5.2.29 names has happened: a bus-off, or a heartbeat or
+    /// guarding that has ceased (those the node notices itself). 0x1029,1 says what becomes of the
+    /// state: 0 (and a device without the object) leaves operational, 1 changes nothing, 2 stops.
+    pub fn communication_error<O: Owner>(
+        &mut self,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let behaviour = match self.device.objects.error_behaviour {
+            Some(handle) => self.raw(handle.field()),
+            None => 0,
+        };
+        match behaviour {
+            0 if self.state == NmtState::Operational => {
+                self.change_state(NmtState::PreOperational, now, owner, events);
+            }
+            2 => self.change_state(NmtState::Stopped, now, owner, events),
+            _ => {}
+        }
+    }
+
+    fn change_state<O: Owner>(
+        &mut self,
+        state: NmtState,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        if self.state == state || self.state == NmtState::Initialising {
+            return;
+        }
+        if state == NmtState::Stopped {
+            // No SDO in stopped (CiA 301 table 37), so transfers end here.
+            for n in 0..SDO_SERVERS as u8 {
+                self.drop_transfer(n, Abort::DEVICE_STATE, owner);
+                self.outbox.withdraw(Slot::Sdo(n));
+            }
+        }
+        self.enter(state, now);
+        events.entered = Some(state);
+    }
+
+    pub(crate) fn enter(&mut self, state: NmtState, now: Instant) {
+        if self.state == NmtState::Stopped {
+            self.sync.restart();
+        }
+        self.state = state;
+        let sends_pdos = self.sends_pdos(state);
+        let with_counter = self.sync.overflow > 1;
+        for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
+            tpdo.restart();
+            if with_counter {
+                tpdo.wait_for_start();
+            }
+            if !sends_pdos {
+                self.outbox.withdraw(Slot::Tpdo(n as u8));
+            }
+        }
+        for rpdo in &mut self.rpdo {
+            rpdo.discard();
+        }
+        if state == NmtState::Operational {
+            self.start_event_timers(now);
+        }
+        if state == NmtState::Stopped {
+            self.outbox.withdraw(Slot::Sync);
+            self.outbox.withdraw(Slot::Time);
+        }
+        self.outbox.hold_emergencies(state == NmtState::Stopped);
+        let mut events = Events::NOTHING;
+        self.sum_up_errors(&mut events);
+    }
+
+    /// Whether TPDOs answer SYNC in `state`.
+    #[inline]
+    pub(crate) fn sends_pdos(&self, state: NmtState) -> bool {
+        match state {
+            NmtState::Operational => true,
+            NmtState::PreOperational => self.device.dialect.tpdo_in_pre_operational,
+            NmtState::Initialising | NmtState::Stopped => false,
+        }
+    }
 }

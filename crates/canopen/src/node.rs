@@ -3,45 +3,27 @@
 use can::Frame;
 
 use crate::emergency::EmergencyQueue;
+use crate::guarding::Guarding;
 use crate::heartbeat::Heartbeat;
-use crate::nmt::{Command, Reset, command_for};
+use crate::monitor::{Consumer, MONITORED};
+use crate::nmt::command_for;
 use crate::outbox::{Outbox, Slot};
 use crate::pdo::{Rpdo, Tpdo};
-use crate::sdo::SdoConnection;
-use crate::sync::SyncConsumer;
-use crate::{Changed, Device, Emergency, Image, Instant, NmtState, NodeId, Owner, PDOS};
+use crate::sdo::SdoServer;
+use crate::sync::Sync;
+use crate::time_stamp::TimeStamp;
+use crate::{
+    Changed, CommunicationErrors, Device, Emergency, Events, Image, Instant, News, NmtState,
+    NodeId, Owner, PDOS, SDO_SERVERS,
+};
 
 /// Memory for an image: `[u8; OBJECTS.image_bytes()]`, or anything that lends bytes.
 pub trait NodeMemory: AsRef<[u8]> + AsMut<[u8]> {}
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> NodeMemory for T {}
 
-/// What happened in a call, for the owner to act upon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Events {
-    /// Classes of objects that were written.
-    pub changed: Changed,
-    /// A reset was asked for. The owner builds the node anew.
-    pub reset: Option<Reset>,
-    /// The NMT state was entered.
-    pub entered: Option<NmtState>,
-    /// A SYNC was received (in a state that takes it).
-    pub sync: bool,
-    /// A receive PDO was shorter than its mapping and was not applied; whoever keeps the error
-    /// register may announce 0x8210 (CiA 301 table 26).
-    pub short_rpdo: bool,
-}
-
-impl Events {
-    /// Nothing happened.
-    pub const NOTHING: Events = Events {
-        changed: Changed::NOTHING,
-        reset: None,
-        entered: None,
-        sync: false,
-        short_rpdo: false,
-    };
-}
+/// Bit 30 of [`Frame::key`]: a remote request.
+const REMOTE: u32 = 1 << 30;
 
 /// A CANopen node.
 ///
@@ -56,13 +38,28 @@ pub struct Node<M> {
     pub(crate) id: NodeId,
     pub(crate) state: NmtState,
     pub(crate) outbox: Outbox,
+    /// When time asks for something next; never later than that.
+    pub(crate) due: Instant,
     pub(crate) heartbeat: Heartbeat,
-    pub(crate) sync: SyncConsumer,
-    pub(crate) sdo: SdoConnection,
+    pub(crate) guarding: Guarding,
+    pub(crate) monitor: [Consumer; MONITORED],
+    pub(crate) sync: Sync,
+    pub(crate) time: TimeStamp,
+    pub(crate) servers: [SdoServer; SDO_SERVERS],
+    /// The server whose write the owner has not answered yet.
+    pub(crate) waiting: Option<u8>,
+    /// The server that uses the room where strings are gathered.
+    pub(crate) gathering: Option<u8>,
     pub(crate) rpdo: [Rpdo; PDOS],
     pub(crate) tpdo: [Tpdo; PDOS],
+    /// A transmit PDO is sent by events.
+    pub(crate) has_event_pdos: bool,
     pub(crate) emergencies: EmergencyQueue,
     pub(crate) emcy_exists: bool,
+    pub(crate) received: Option<(NodeId, Emergency)>,
+    /// Errors of SYNC and error control; those of the PDOs are with them.
+    pub(crate) service_errors: CommunicationErrors,
+    pub(crate) errors: CommunicationErrors,
 }
 
 impl<M: NodeMemory> Node<M> {
@@ -78,27 +75,38 @@ impl<M: NodeMemory> Node<M> {
             id,
             state: NmtState::Initialising,
             outbox: Outbox::EMPTY,
+            due: Instant::NEVER,
             heartbeat: Heartbeat::OFF,
-            sync: SyncConsumer::new(0x80),
-            sdo: SdoConnection::new(id),
+            guarding: Guarding::OFF,
+            monitor: [Consumer::OFF; MONITORED],
+            sync: Sync::DEFAULT,
+            time: TimeStamp::OFF,
+            servers: [SdoServer::OFF; SDO_SERVERS],
+            waiting: None,
+            gathering: None,
             rpdo: [Rpdo::OFF; PDOS],
             tpdo: [Tpdo::OFF; PDOS],
+            has_event_pdos: false,
             emergencies: EmergencyQueue::EMPTY,
             emcy_exists: false,
+            received: None,
+            service_errors: CommunicationErrors::NOTHING,
+            errors: CommunicationErrors::NOTHING,
         }
     }
 
     /// Puts the communication parameters (0x1000 to 0x1FFF) back to what is `stored`, or to their
-    /// defaults; all other objects stay. The answer to [`Reset::Communication`]; then
-    /// [`Node::start`]. Damaged parameters count as none.
-    pub fn restart_communication(&mut self, stored: &[u8]) {
+    /// defaults for the node ID `id`, which may be a new one; all other objects stay. The answer to
+    /// [`crate::Reset::Communication`]; then [`Node::start`]. Damaged parameters count as none.
+    /// Transfers to streams are over; their owner is not told.
+    pub fn restart_communication(&mut self, stored: &[u8], id: NodeId) {
         self.state = NmtState::Initialising;
+        self.id = id;
         self.emergencies = EmergencyQueue::EMPTY;
-        self.sdo = SdoConnection::new(self.id);
         let table = &self.device.table;
         let mut image = Image::new(self.memory.as_mut());
         // What cannot be stored is no parameter: the error history and the serial number stay.
-        table.communication_defaults(&mut image, self.id);
+        table.communication_defaults(&mut image, id);
         let _ = crate::store::load_communication(table, &mut image, stored);
     }
 
@@ -106,12 +114,22 @@ impl<M: NodeMemory> Node<M> {
     /// enters the state that 0x1F80 says. Call once; take the boot-up frame with
     /// [`Node::transmit`].
     pub fn start(&mut self, now: Instant) -> Events {
-        let id = u16::from(self.id.get());
+        let id = u32::from(self.id.get());
         self.outbox = Outbox::EMPTY;
         self.emergencies = EmergencyQueue::EMPTY;
-        self.outbox.set_id(Slot::BootUp, 0x700 + id);
-        self.outbox.set_id(Slot::Heartbeat, 0x700 + id);
-        self.outbox.set_id(Slot::Sdo, self.sdo.reply_id);
+        self.servers = [SdoServer::OFF; SDO_SERVERS];
+        *self.server(0) = SdoServer::default_of(self.id);
+        (self.waiting, self.gathering) = (None, None);
+        self.guarding = Guarding::OFF;
+        self.monitor = [Consumer::OFF; MONITORED];
+        self.sync = Sync::DEFAULT;
+        self.time = TimeStamp::OFF;
+        self.received = None;
+        self.service_errors = CommunicationErrors::NOTHING;
+        self.errors = CommunicationErrors::NOTHING;
+        self.outbox.set_key(Slot::BootUp, 0x700 + id);
+        self.outbox.set_key(Slot::ErrorControl, 0x700 + id);
+        self.outbox.set_key(Slot::Sdo(0), 0x580 + id);
         self.read_communication_parameters(now);
         self.outbox.post(Slot::BootUp);
         let startup = self.device.objects.startup;
@@ -123,7 +141,8 @@ impl<M: NodeMemory> Node<M> {
         } else {
             NmtState::PreOperational
         };
-        self.enter(state);
+        self.enter(state, now);
+        self.due = self.earliest();
         Events {
             entered: Some(state),
             changed: Changed::EVERYTHING,
@@ -137,58 +156,174 @@ impl<M: NodeMemory> Node<M> {
     pub fn receive<O: Owner>(&mut self, frame: &Frame, now: Instant, owner: &mut O) -> Events {
         let mut events = Events::NOTHING;
         let key = frame.key();
-        if key == self.sdo.request_key {
+        if key == self.server(0).request_key {
             if self.answers_sdo() {
-                self.serve(frame, now, owner, &mut events);
+                self.serve(0, frame, now, owner, &mut events);
             }
         } else if key == self.sync.key {
-            self.synchronise(now, owner, &mut events);
+            self.receive_sync(frame, now, owner, &mut events);
         } else if key == 0 {
             if let Some(command) = command_for(self.id, frame.data()) {
-                self.obey(command, &mut events);
+                self.obey(command, now, owner, &mut events);
             }
-        } else if self.state == NmtState::Operational {
-            self.receive_pdo(key, frame, now, owner, &mut events);
+        } else {
+            let is_mine = self.state == NmtState::Operational
+                && self.receive_pdo(key, frame, now, owner, &mut events);
+            if !is_mine {
+                self.receive_other(key, frame, now, owner, &mut events);
+            }
         }
         events
     }
 
-    /// Does what time asks for. Call at [`Node::next_deadline`].
-    #[inline]
-    pub fn poll(&mut self, now: Instant) {
-        if now >= self.heartbeat.due && self.heartbeat.take_due(now) {
-            self.outbox.post(Slot::Heartbeat);
+    /// Frames that are rarer than SDO, SYNC and PDO, or not for this node.
+    #[cold]
+    fn receive_other<O: Owner>(
+        &mut self,
+        key: u32,
+        frame: &Frame,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        if self.state == NmtState::Initialising {
+            return;
+        }
+        let identifier = key & !REMOTE;
+        if key & REMOTE != 0 {
+            if identifier == 0x700 + u32::from(self.id.get()) {
+                self.guarded(now, events);
+            } else if self.state == NmtState::Operational {
+                self.request_pdo(identifier, now, owner);
+            }
+            return;
+        }
+        if self.answers_sdo() {
+            for n in 1..SDO_SERVERS as u8 {
+                if key == self.server(n).request_key {
+                    return self.serve(n, frame, now, owner, events);
+                }
+            }
+        }
+        if key == self.time.key {
+            if self.receive_time(frame.data(), now) {
+                events.news.insert(News::TIME);
+            }
+        } else if self.state != NmtState::Stopped
+            && self.receive_emergency(key, frame.data(), events)
+        {
+            // Noted.
+        } else if let 0x701..=0x77F = key
+            && let (Some(node), &[byte]) = (NodeId::new((key & 0x7F) as u8), frame.data())
+        {
+            self.heard(node, byte, now, events);
         }
     }
 
-    /// When [`Node::poll`] must be called next; [`Instant::NEVER`] if nothing is due. May become
-    /// earlier with every call of [`Node::receive`] or [`Node::start`].
+    /// Does what time asks for. Call at [`Node::next_deadline`]; afterwards [`Node::transmit`].
     #[inline]
-    pub fn next_deadline(&self) -> Instant {
-        self.heartbeat.due
+    pub fn poll<O: Owner>(&mut self, now: Instant, owner: &mut O) -> Events {
+        if now < self.due {
+            return Events::NOTHING;
+        }
+        self.poll_due(now, owner)
     }
 
-    /// The next frame to send: of those waiting, the one with the lowest identifier. Call until it
-    /// gives `None`; call again after any other function.
+    fn poll_due<O: Owner>(&mut self, now: Instant, owner: &mut O) -> Events {
+        let mut events = Events::NOTHING;
+        // "Never" does not come, not even at the end of time.
+        let is_due = |at: Instant| now >= at && at != Instant::NEVER;
+        if self.heartbeat.take_due(now) {
+            self.outbox.post(Slot::ErrorControl);
+        }
+        if is_due(self.sync.window_due) {
+            self.close_window(&mut events);
+        }
+        if is_due(self.sync.due) {
+            self.produce_sync(now, owner, &mut events);
+        }
+        if self.state == NmtState::Operational {
+            self.send_due_events(now, owner);
+            self.check_deadlines(now, &mut events);
+        }
+        if is_due(self.guarding.due) {
+            self.guard_lost(now, owner, &mut events);
+        }
+        self.check_heartbeats(now, owner, &mut events);
+        if is_due(self.emergencies.due) {
+            self.release_emergency(now);
+        }
+        self.give_clients_up(now, owner);
+        self.due = self.earliest();
+        events
+    }
+
+    /// The earliest time that any service waits for.
+    pub(crate) fn earliest(&self) -> Instant {
+        let mut next = self
+            .heartbeat
+            .due
+            .min(self.sync.due)
+            .min(self.sync.window_due)
+            .min(self.guarding.due)
+            .min(self.emergencies.due);
+        for server in &self.servers {
+            next = next.min(server.due);
+        }
+        for consumer in &self.monitor {
+            next = next.min(consumer.due);
+        }
+        if self.state == NmtState::Operational {
+            for rpdo in &self.rpdo {
+                next = next.min(rpdo.deadline);
+            }
+            next = next.min(self.next_event_due());
+        }
+        next
+    }
+
+    /// When [`Node::poll`] must be called next; [`Instant::NEVER`] if nothing is due. May become
+    /// earlier with every call of another function.
     #[inline]
-    pub fn transmit(&mut self) -> Option<Frame> {
-        let (slot, id) = self.outbox.take()?;
+    pub fn next_deadline(&self) -> Instant {
+        self.due
+    }
+
+    /// The next frame to send: of those waiting, the one with the lowest identifier. Segments of a
+    /// block are read from their `owner` here, one a call. Call until it gives `None`; call again
+    /// after any other function.
+    #[inline]
+    pub fn transmit<O: Owner>(&mut self, owner: &mut O) -> Option<Frame> {
+        let (slot, key) = self.outbox.take()?;
         Some(match slot {
-            Slot::Sdo => Frame::classic(id, self.sdo.reply, 8),
+            Slot::Sdo(n) => self.sdo_frame(n, key, owner),
             Slot::Tpdo(n) => {
                 let tpdo = self.tpdo.get(usize::from(n))?;
-                Frame::classic(id, tpdo.data.to_le_bytes(), tpdo.mapping.bytes())
+                Frame::keyed(key, tpdo.data.to_le_bytes(), tpdo.mapping.bytes())
             }
-            Slot::Emergency => {
-                let emergency = self.emergencies.pop()?;
-                if !self.emergencies.is_empty() {
-                    self.outbox.post(Slot::Emergency);
-                }
-                Frame::classic(id, emergency.to_bytes(), 8)
-            }
+            slot => return self.rare_frame(slot, key),
+        })
+    }
+
+    fn rare_frame(&mut self, slot: Slot, key: u32) -> Option<Frame> {
+        Some(match slot {
+            Slot::Emergency => Frame::keyed(key, self.take_emergency()?.to_bytes(), 8),
             // Boot-up is a heartbeat of value 0 (CiA 301 7.2.8.3.3).
-            Slot::BootUp => Frame::classic(id, [0; 8], 1),
-            Slot::Heartbeat => Frame::classic(id, [self.state as u8, 0, 0, 0, 0, 0, 0, 0], 1),
+            Slot::BootUp => Frame::keyed(key, [0; 8], 1),
+            Slot::ErrorControl => {
+                let state = self.state as u8;
+                let byte = match self.guarding.is_answer {
+                    true => self.guarding.answer(state),
+                    false => state,
+                };
+                Frame::keyed(key, [byte, 0, 0, 0, 0, 0, 0, 0], 1)
+            }
+            Slot::Sync => self.sync.frame(key),
+            Slot::Time => {
+                let [t0, t1, t2, t3, t4, t5] = self.time.sent.to_bytes();
+                Frame::keyed(key, [t0, t1, t2, t3, t4, t5, 0, 0], 6)
+            }
+            Slot::Lss | Slot::Sdo(_) | Slot::Tpdo(_) => return None,
         })
     }
 
@@ -196,56 +331,6 @@ impl<M: NodeMemory> Node<M> {
     #[inline]
     pub fn is_silent(&self) -> bool {
         self.outbox.is_empty()
-    }
-
-    /// Announces an error, or the end of one (`code` 0x0000): sends an emergency frame with the
-    /// error register `register`, which becomes 0x1001, and puts a code other than 0 in front of
-    /// the error history 0x1003.
-    pub fn announce(&mut self, code: u16, register: u8, vendor: [u8; 5]) {
-        let objects = &self.device.objects;
-        let mut image = Image::new(self.memory.as_mut());
-        if let Some(handle) = objects.error_register {
-            image.set(handle, register);
-        }
-        if code != 0 {
-            let mut newest = u32::from(code);
-            let mut count = 0;
-            for handle in objects.history.iter().flatten() {
-                let older = image.get(*handle);
-                image.set(*handle, newest);
-                count += 1;
-                newest = older;
-                if older == 0 {
-                    break;
-                }
-            }
-            if let Some(handle) = objects.history_count {
-                image.set(handle, count);
-            }
-        }
-        if self.emcy_exists && self.state != NmtState::Initialising {
-            self.emergencies.push(Emergency {
-                code,
-                register,
-                vendor,
-            });
-            self.outbox.post(Slot::Emergency);
-        }
-    }
-
-    /// Answers the write that the owner judged [`crate::Verdict::Later`]. Does nothing if no such
-    /// write waits (its client may have given up). Afterwards call [`Node::transmit`].
-    pub fn complete(&mut self, result: Result<(), crate::Abort>) {
-        let Some((address, raw)) = self.sdo.waiting.take() else {
-            return;
-        };
-        match result {
-            Ok(()) => self.sdo.downloaded(address, raw, &self.device.dialect),
-            Err(abort) => self.sdo.aborted(address, abort),
-        }
-        if self.answers_sdo() {
-            self.outbox.post(Slot::Sdo);
-        }
     }
 
     /// The values of the dictionary.
@@ -274,6 +359,11 @@ impl<M: NodeMemory> Node<M> {
         self.state
     }
 
+    /// The communication errors that are there now.
+    pub fn errors(&self) -> CommunicationErrors {
+        self.errors
+    }
+
     /// Frames that were replaced by newer ones before they could be sent, and emergencies that did
     /// not fit the ring.
     pub fn lost_transmissions(&self) -> u32 {
@@ -283,114 +373,15 @@ impl<M: NodeMemory> Node<M> {
     }
 
     #[inline]
-    fn answers_sdo(&self) -> bool {
+    pub(crate) fn answers_sdo(&self) -> bool {
         matches!(self.state, NmtState::Operational | NmtState::PreOperational)
     }
 
-    /// Whether TPDOs answer SYNC in `state`.
-    fn sends_pdos(&self, state: NmtState) -> bool {
-        match state {
-            NmtState::Operational => true,
-            NmtState::PreOperational => self.device.dialect.tpdo_in_pre_operational,
-            NmtState::Initialising | NmtState::Stopped => false,
-        }
-    }
-
-    fn obey(&mut self, command: Command, events: &mut Events) {
-        match command {
-            Command::Start => self.change_state(NmtState::Operational, events),
-            Command::Stop => self.change_state(NmtState::Stopped, events),
-            Command::EnterPreOperational => {
-                self.change_state(NmtState::PreOperational, events);
-            }
-            Command::ResetNode => events.reset = Some(Reset::Node),
-            Command::ResetCommunication => events.reset = Some(Reset::Communication),
-        }
-    }
-
-    fn change_state(&mut self, state: NmtState, events: &mut Events) {
-        if self.state != state && self.state != NmtState::Initialising {
-            self.enter(state);
-            events.entered = Some(state);
-        }
-    }
-
-    fn enter(&mut self, state: NmtState) {
-        self.state = state;
-        let sends_pdos = self.sends_pdos(state);
-        for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
-            tpdo.restart();
-            if !sends_pdos {
-                self.outbox.withdraw(Slot::Tpdo(n as u8));
-            }
-        }
-        for rpdo in &mut self.rpdo {
-            rpdo.discard();
-        }
-        if state == NmtState::Stopped {
-            // No SDO in stopped (CiA 301 table 37), so a transfer that waits ends here.
-            self.outbox.withdraw(Slot::Sdo);
-            self.sdo.waiting = None;
-        }
-        self.outbox.hold_emergencies(state == NmtState::Stopped);
-    }
-
-    fn receive_pdo<O: Owner>(
-        &mut self,
-        key: u32,
-        frame: &Frame,
-        now: Instant,
-        owner: &mut O,
-        events: &mut Events,
-    ) {
-        let data = u64::from_le_bytes(frame.bytes());
-        let length = frame.len();
-        for n in 0..PDOS {
-            let Some(rpdo) = self.rpdo.get_mut(n) else {
-                return;
-            };
-            if rpdo.key != key {
-                continue;
-            }
-            // A frame shorter than its mapping is not applied (CiA 301 7.2.2.4); a longer one is,
-            // with the bytes that are mapped.
-            if length < rpdo.mapping.bytes() {
-                events.short_rpdo = true;
-                continue;
-            }
-            if let Some(data) = rpdo.accept(data, &self.device.dialect) {
-                self.apply(n, data, now, owner, events);
-            }
-        }
-    }
-
-    fn synchronise<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
-        if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
-            return;
-        }
-        events.sync = true;
-        if self.state == NmtState::Operational {
-            for n in 0..PDOS {
-                let due = self.rpdo.get_mut(n).and_then(Rpdo::sync);
-                if let Some(data) = due {
-                    self.apply(n, data, now, owner, events);
-                }
-            }
-        }
-        if !self.sends_pdos(self.state) {
-            return;
-        }
-        let mut published = false;
-        for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
-            if !tpdo.sync() {
-                continue;
-            }
-            if tpdo.mapping.is_live() && !published {
-                owner.publish(&mut Image::new(self.memory.as_mut()));
-                published = true;
-            }
-            tpdo.sample(self.memory.as_ref());
-            self.outbox.post(Slot::Tpdo(n as u8));
+    /// Notes that a communication error is there, or is not.
+    pub(crate) fn note(&mut self, error: CommunicationErrors, is: bool, events: &mut Events) {
+        if self.service_errors.has(error) != is {
+            self.service_errors.set(error, is);
+            self.sum_up_errors(events);
         }
     }
 }

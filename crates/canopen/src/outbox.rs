@@ -5,13 +5,22 @@
 pub(crate) enum Slot {
     BootUp,
     Emergency,
-    Sdo,
-    Heartbeat,
+    /// Heartbeat, or the answer to node guarding.
+    ErrorControl,
+    Sync,
+    Time,
+    Lss,
+    Sdo(u8),
     Tpdo(u8),
 }
 
 const EMERGENCY: usize = 1;
-const TPDO: usize = 4;
+const ERROR_CONTROL: usize = 2;
+const SYNC: usize = 3;
+const TIME: usize = 4;
+const LSS: usize = 5;
+const SDO: usize = 6;
+const TPDO: usize = SDO + crate::SDO_SERVERS;
 const SLOTS: usize = TPDO + crate::PDOS;
 const _: () = assert!(SLOTS <= 16, "one bit each");
 
@@ -21,8 +30,11 @@ impl Slot {
         match self {
             Slot::BootUp => 0,
             Slot::Emergency => EMERGENCY,
-            Slot::Sdo => 2,
-            Slot::Heartbeat => 3,
+            Slot::ErrorControl => ERROR_CONTROL,
+            Slot::Sync => SYNC,
+            Slot::Time => TIME,
+            Slot::Lss => LSS,
+            Slot::Sdo(n) => SDO + n as usize,
             Slot::Tpdo(n) => TPDO + n as usize,
         }
     }
@@ -31,8 +43,11 @@ impl Slot {
         match number {
             0 => Slot::BootUp,
             EMERGENCY => Slot::Emergency,
-            2 => Slot::Sdo,
-            3 => Slot::Heartbeat,
+            ERROR_CONTROL => Slot::ErrorControl,
+            SYNC => Slot::Sync,
+            TIME => Slot::Time,
+            LSS => Slot::Lss,
+            SDO..TPDO => Slot::Sdo(number.wrapping_sub(SDO) as u8),
             n => Slot::Tpdo(n.wrapping_sub(TPDO) as u8),
         }
     }
@@ -41,8 +56,20 @@ impl Slot {
 /// A producer's place in the order of sending.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    id: u16,
+    /// [`can::Frame::key`] of the frames.
+    key: u32,
     slot: Slot,
+}
+
+/// The order in which keys win arbitration (ISO 11898-1): by the first eleven bits, an identifier
+/// that has only these before one of 29, then by the rest.
+const fn order(key: u32) -> u32 {
+    let id = key & 0x1FFF_FFFF;
+    if key >> 31 != 0 {
+        (id >> 18) << 19 | 1 << 18 | id & 0x3_FFFF
+    } else {
+        id << 19
+    }
 }
 
 /// The set of waiting producers, in the order in which they will send.
@@ -69,7 +96,7 @@ impl Outbox {
     #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
     const fn new() -> Outbox {
         let first = Place {
-            id: 0,
+            key: 0,
             slot: Slot::BootUp,
         };
         let (mut bits, mut places) = ([0; SLOTS], [first; SLOTS]);
@@ -88,17 +115,17 @@ impl Outbox {
         }
     }
 
-    /// The identifier that a producer will send with.
-    pub(crate) fn set_id(&mut self, slot: Slot, id: u16) {
+    /// The identifier that a producer will send with, as [`can::Frame::key`].
+    pub(crate) fn set_key(&mut self, slot: Slot, key: u32) {
         let (waiting, old_bits) = (self.waiting, self.bits);
         let holds = self.holds_emergencies();
         for place in &mut self.places {
             if place.slot == slot {
-                place.id = id;
+                place.key = key;
             }
         }
         self.places
-            .sort_unstable_by_key(|place| (place.id, place.slot.number()));
+            .sort_unstable_by_key(|place| (order(place.key), place.slot.number()));
         self.waiting = 0;
         for (n, place) in self.places.iter().enumerate() {
             let number = place.slot.number();
@@ -141,6 +168,7 @@ impl Outbox {
         self.waiting |= bit;
     }
 
+    /// What the producer has waiting is not sent after all.
     #[inline]
     pub(crate) fn withdraw(&mut self, slot: Slot) {
         self.waiting &= !self.bit(slot);
@@ -148,12 +176,23 @@ impl Outbox {
 
     /// Takes out the producer whose identifier is lowest.
     #[inline]
-    pub(crate) fn take(&mut self) -> Option<(Slot, u16)> {
+    pub(crate) fn take(&mut self) -> Option<(Slot, u32)> {
         let waiting = self.waiting & self.allowed;
         let place = self.places.get(waiting.trailing_zeros() as usize)?;
         // The lowest bit that is set, out of all that wait.
         self.waiting &= !(waiting & waiting.wrapping_neg());
-        Some((place.slot, place.id))
+        Some((place.slot, place.key))
+    }
+
+    /// The identifier that a producer sends with, as [`can::Frame::key`].
+    pub(crate) fn key(&self, slot: Slot) -> u32 {
+        let place = self.bit(slot).trailing_zeros() as usize;
+        self.places.get(place).map_or(0, |place| place.key)
+    }
+
+    /// Whether the producer has something waiting.
+    pub(crate) fn is_waiting(&self, slot: Slot) -> bool {
+        self.waiting & self.bit(slot) != 0
     }
 
     /// Whether nothing waits that may be sent.
@@ -179,26 +218,31 @@ mod tests {
             for (slot, id) in [
                 (Slot::BootUp, 0x705),
                 (Slot::Emergency, 0x085),
-                (Slot::Sdo, 0x585),
-                (Slot::Heartbeat, 0x705),
+                (Slot::Sdo(0), 0x585),
+                (Slot::ErrorControl, 0x705),
                 (Slot::Tpdo(0), 0x185),
                 (Slot::Tpdo(3), 0x485),
             ] {
-                outbox.set_id(slot, id);
+                outbox.set_key(slot, id);
             }
-            for slot in [Slot::Heartbeat, Slot::Emergency, Slot::Sdo, Slot::Tpdo(3)] {
+            for slot in [
+                Slot::ErrorControl,
+                Slot::Emergency,
+                Slot::Sdo(0),
+                Slot::Tpdo(3),
+            ] {
                 outbox.post(slot);
             }
             outbox.hold_emergencies(hold);
-            outbox.set_id(Slot::Emergency, 0x485);
-            outbox.set_id(Slot::Tpdo(3), 0x086);
+            outbox.set_key(Slot::Emergency, 0x485);
+            outbox.set_key(Slot::Tpdo(3), 0x086);
             let mut order = core::iter::from_fn(|| outbox.take());
             assert_eq!(order.next(), Some((Slot::Tpdo(3), 0x086)));
             if !hold {
                 assert_eq!(order.next(), Some((Slot::Emergency, 0x485)));
             }
-            assert_eq!(order.next(), Some((Slot::Sdo, 0x585)));
-            assert_eq!(order.next(), Some((Slot::Heartbeat, 0x705)));
+            assert_eq!(order.next(), Some((Slot::Sdo(0), 0x585)));
+            assert_eq!(order.next(), Some((Slot::ErrorControl, 0x705)));
             assert_eq!(order.next(), None);
             assert!(outbox.is_empty());
             outbox.hold_emergencies(false);

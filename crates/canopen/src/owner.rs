@@ -12,8 +12,8 @@ pub enum Verdict {
     /// Nothing is committed, and the client gets this abort.
     Refuse(Abort),
     /// The answer comes by [`crate::Node::complete`] (erasing, storing); nothing is committed.
-    /// Until then uploads are served, and other downloads get [`Abort::DEVICE_STATE`]. A receive
-    /// PDO gets no answer, so there is nothing to complete.
+    /// Until then uploads are served, and other downloads get [`Abort::DEVICE_STATE`], whichever
+    /// server they come by. A receive PDO gets no answer, so there is nothing to complete.
     Later,
 }
 
@@ -28,6 +28,56 @@ pub trait Owner {
 
     /// Refreshes the live objects; called before one is read or sampled.
     fn publish(&mut self, image: &mut Image<'_>);
+
+    /// A DOMAIN object is about to be read: its length in bytes, `None` if that is not known yet.
+    ///
+    /// # Errors
+    /// Why it cannot be read now. Owners without streams refuse every one.
+    fn stream_size(&mut self, object: Address) -> Result<Option<u32>, Abort> {
+        let _ = object;
+        Err(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// Reads a DOMAIN object from byte `at` on and says how many bytes were put into `into`; fewer
+    /// than it holds only at the end. The same bytes may be asked for again, when a segment of a
+    /// block was lost.
+    ///
+    /// # Errors
+    /// Why it cannot be read on; the transfer is aborted.
+    fn stream_read(&mut self, object: Address, at: u32, into: &mut [u8]) -> Result<usize, Abort> {
+        let _ = (object, at, into);
+        Err(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// A download to a DOMAIN object begins, of `size` bytes if the client said so. A download to
+    /// the same object that has not ended is over. With [`Verdict::Later`] the client waits for
+    /// [`crate::Node::complete`] (erasing); [`Verdict::Done`] means the same as accept.
+    fn stream_begin(&mut self, object: Address, size: Option<u32>) -> Verdict {
+        let _ = (object, size);
+        Verdict::Refuse(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// The next bytes of a download, which come in order and without gaps: `at` is the number of
+    /// those before.
+    ///
+    /// # Errors
+    /// Why they cannot be taken; the transfer is aborted, and [`Owner::stream_abort`] not called.
+    fn stream_write(&mut self, object: Address, at: u32, bytes: &[u8]) -> Result<(), Abort> {
+        let _ = (object, at, bytes);
+        Err(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// All `size` bytes have come, and their checksum was right if there was one.
+    fn stream_end(&mut self, object: Address, size: u32) -> Verdict {
+        let _ = (object, size);
+        Verdict::Refuse(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// A download that began has ended before its end: aborted by its client, timed out, its
+    /// checksum wrong, or shorter or longer than it said.
+    fn stream_abort(&mut self, object: Address, why: Abort) {
+        let _ = (object, why);
+    }
 }
 
 /// An owner without opinions: accepts every write.

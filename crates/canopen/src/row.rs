@@ -107,6 +107,10 @@ pub(crate) mod flag {
     pub(crate) const RANGE: u16 = 1 << 6;
     /// The index lies in the communication area, whose writes the node itself judges.
     pub(crate) const NODE: u16 = 1 << 7;
+    /// Constant text, which is not in the image.
+    pub(crate) const FLASH: u16 = 1 << 8;
+    /// No number of at most four bytes: expedited transfers and fast copies are not for it.
+    pub(crate) const LONG: u16 = 1 << 9;
 }
 
 /// One object, or a run of sub-indices that are alike.
@@ -120,6 +124,8 @@ pub struct Row {
     pub name: &'static str,
     /// Type.
     pub data_type: DataType,
+    /// Bytes of a string in the image; 0 for constant text and all other types.
+    pub length: u8,
     /// SDO access.
     pub access: Access,
     /// May be mapped into a receive PDO.
@@ -152,6 +158,7 @@ const fn row(index: u16, sub: u8, name: &'static str, data_type: DataType) -> Ro
         count: 1,
         name,
         data_type,
+        length: 0,
         access: Access::ReadOnly,
         maps_rpdo: false,
         maps_tpdo: false,
@@ -207,7 +214,42 @@ pub const fn bool(index: u16, sub: u8, name: &'static str) -> Row {
     row(index, sub, name, DataType::Bool).range(0, 1)
 }
 
-/// A constant VISIBLE_STRING of at most 4 characters, which an expedited transfer can carry.
+/// An INTEGER64 object, read only until [`Row::rw`].
+pub const fn i64(index: u16, sub: u8, name: &'static str) -> Row {
+    row(index, sub, name, DataType::I64)
+}
+
+/// An UNSIGNED64 object, read only until [`Row::rw`].
+pub const fn u64(index: u16, sub: u8, name: &'static str) -> Row {
+    row(index, sub, name, DataType::U64)
+}
+
+/// A REAL64 object, read only until [`Row::rw`].
+pub const fn f64(index: u16, sub: u8, name: &'static str) -> Row {
+    row(index, sub, name, DataType::F64).default_value(Default::Real(0.0))
+}
+
+/// A VISIBLE_STRING of at most `length` characters in the image, shorter ones ended by a 0. Read
+/// only until [`Row::rw`].
+pub const fn string(index: u16, sub: u8, name: &'static str, length: u8) -> Row {
+    let row = row(index, sub, name, DataType::Text).default_value(Default::Text(""));
+    Row { length, ..row }
+}
+
+/// An OCTET_STRING of exactly `length` bytes in the image. Read only until [`Row::rw`].
+pub const fn bytes(index: u16, sub: u8, name: &'static str, length: u8) -> Row {
+    let row = row(index, sub, name, DataType::Bytes).default_value(Default::Text(""));
+    Row { length, ..row }
+}
+
+/// A DOMAIN: its bytes come from and go to the owner's streams ([`crate::Owner::stream_read`] and
+/// its like), any number of them. Read only until [`Row::rw`].
+pub const fn domain(index: u16, sub: u8, name: &'static str) -> Row {
+    row(index, sub, name, DataType::Domain)
+}
+
+/// A constant VISIBLE_STRING, which stays in flash. One of more than 4 characters needs a segmented
+/// transfer.
 pub const fn text(index: u16, sub: u8, name: &'static str, value: &'static str) -> Row {
     let row = row(index, sub, name, DataType::Text).default_value(Default::Text(value));
     Row {
@@ -365,9 +407,44 @@ impl Row {
         }
     }
 
-    /// Bytes of one sub-index in the image; text has none, it stays in flash.
-    pub(crate) const fn size(&self) -> u16 {
-        self.data_type.size() as u16
+    /// Bytes of one sub-index in the image; constant text and streams have none.
+    pub(crate) const fn size(&self) -> u8 {
+        if self.length != 0 {
+            self.length
+        } else {
+            self.data_type.size()
+        }
+    }
+
+    /// Whether it is text that stays in flash.
+    pub(crate) const fn is_in_flash(&self) -> bool {
+        matches!(self.data_type, DataType::Text) && self.length == 0
+    }
+
+    /// Like [`Row::check_range`], for eight bytes.
+    pub(crate) fn check_wide_range(&self, raw: u64) -> Result<(), Abort> {
+        if let DataType::F64 = self.data_type {
+            let value = f64::from_bits(raw);
+            let limited = self.minimum.is_some() || self.maximum.is_some();
+            if limited && value.is_nan() {
+                return Err(Abort::INVALID_VALUE);
+            }
+            if self.maximum.is_some_and(|maximum| value > maximum as f64) {
+                return Err(Abort::VALUE_TOO_HIGH);
+            }
+            if self.minimum.is_some_and(|minimum| value < minimum as f64) {
+                return Err(Abort::VALUE_TOO_LOW);
+            }
+            return Ok(());
+        }
+        let value = self.data_type.wide_number(raw);
+        if self.maximum.is_some_and(|maximum| value > maximum) {
+            return Err(Abort::VALUE_TOO_HIGH);
+        }
+        if self.minimum.is_some_and(|minimum| value < minimum) {
+            return Err(Abort::VALUE_TOO_LOW);
+        }
+        Ok(())
     }
 
     pub(crate) const fn flags(&self) -> u16 {
@@ -395,6 +472,12 @@ impl Row {
         }
         if self.address.is_communication() {
             flags |= flag::NODE;
+        }
+        if self.is_in_flash() {
+            flags |= flag::FLASH;
+        }
+        if !matches!(self.data_type.size(), 1 | 2 | 4) {
+            flags |= flag::LONG;
         }
         flags
     }

@@ -1,23 +1,219 @@
-//! SYNC consumer (CiA 301 7.2.5).
+//! SYNC, consumed and produced (CiA 301 7.2.5).
 
-use crate::CobId;
+use can::Frame;
 
-/// Which frame is a SYNC.
+use crate::outbox::Slot;
+use crate::pdo::Rpdo;
+use crate::{CobId, CommunicationErrors, Events, Instant, NmtState, Node, NodeMemory, Owner, PDOS};
+
+/// Which frames are SYNCs, and when this node sends one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SyncConsumer {
+pub(crate) struct Sync {
     /// [`can::Frame::key`] of the SYNC frame, or a key that no frame has.
     pub(crate) key: u32,
+    /// Bytes of a SYNC, if they matter: 1 with a counter, 0 without (0x1019).
+    length: Option<u8>,
+    /// The greatest value of the counter; 0: there is none.
+    pub(crate) overflow: u8,
+    /// The counter of the next SYNC that this node sends.
+    counter: u8,
+    /// This node sends SYNC: how often, ns. 0: it does not.
+    period_ns: u64,
+    pub(crate) due: Instant,
+    /// The synchronous window (0x1007), ns; 0: none.
+    window_ns: u64,
+    /// Data of synchronous PDOs count until then.
+    pub(crate) window_until: Instant,
+    /// When the window is looked at.
+    pub(crate) window_due: Instant,
 }
 
-impl SyncConsumer {
-    pub(crate) fn new(cob_id: u32) -> SyncConsumer {
-        let cob_id = CobId(cob_id);
-        // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5).
-        let key = if cob_id.is_extended() || cob_id.is_restricted() {
-            CobId::NO_KEY
+/// What 0x1005, 0x1006, 0x1007 and 0x1019 say.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SyncParameters {
+    pub(crate) cob_id: CobId,
+    pub(crate) period_us: u32,
+    pub(crate) window_us: u32,
+    /// `None` if there is no 0x1019: SYNCs of any length are obeyed.
+    pub(crate) overflow: Option<u8>,
+    pub(crate) extended: bool,
+}
+
+impl Sync {
+    pub(crate) const DEFAULT: Sync = Sync {
+        key: 0x80,
+        length: None,
+        overflow: 0,
+        counter: 1,
+        period_ns: 0,
+        due: Instant::NEVER,
+        window_ns: 0,
+        window_until: Instant::NEVER,
+        window_due: Instant::NEVER,
+    };
+
+    /// SYNC by its parameters. A producer that was sending goes on in its rhythm.
+    pub(crate) fn new(parameters: &SyncParameters, before: &Sync, now: Instant) -> Sync {
+        // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5); bit 30 makes this node a producer.
+        let cob_id = CobId(parameters.cob_id.0 & !(1 << 31));
+        let key = if cob_id.is_usable(parameters.extended) {
+            cob_id.key()
         } else {
-            u32::from(cob_id.id())
+            CobId::NO_KEY
         };
-        SyncConsumer { key }
+        let produces = cob_id.0 & 1 << 30 != 0 && key != CobId::NO_KEY;
+        let period_ns = match produces {
+            true => u64::from(parameters.period_us) * 1_000,
+            false => 0,
+        };
+        let due = match period_ns {
+            0 => Instant::NEVER,
+            same if same == before.period_ns && before.due != Instant::NEVER => before.due,
+            ns => now.plus_ns(ns),
+        };
+        Sync {
+            key,
+            length: parameters.overflow.map(|overflow| u8::from(overflow > 1)),
+            overflow: parameters.overflow.unwrap_or(0),
+            counter: if due == before.due { before.counter } else { 1 },
+            period_ns,
+            due,
+            window_ns: u64::from(parameters.window_us) * 1_000,
+            window_until: Instant::NEVER,
+            window_due: Instant::NEVER,
+        }
+    }
+
+    /// Whether a received SYNC is as long as it must be.
+    #[inline]
+    fn accepts(&self, length: u8) -> bool {
+        match self.length {
+            None => true,
+            Some(expected) => expected == length,
+        }
+    }
+
+    /// The counter starts again at 1 (CiA 301 7.2.5.1).
+    pub(crate) fn restart(&mut self) {
+        self.counter = 1;
+    }
+
+    /// The data of the next SYNC that this node sends, and its length.
+    pub(crate) fn frame(&self, key: u32) -> Frame {
+        // The counter has gone on when the frame was posted.
+        let sent = match self.counter {
+            1 => self.overflow,
+            next => next - 1,
+        };
+        let length = u8::from(self.overflow > 1);
+        Frame::keyed(key, [sent, 0, 0, 0, 0, 0, 0, 0], length)
+    }
+}
+
+impl<M: NodeMemory> Node<M> {
+    /// A SYNC frame was received.
+    #[inline]
+    pub(crate) fn receive_sync<O: Owner>(
+        &mut self,
+        frame: &Frame,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
+            return;
+        }
+        let is_good = self.sync.accepts(frame.len());
+        if !is_good || self.service_errors.has(CommunicationErrors::SYNC_LENGTH) {
+            self.note(CommunicationErrors::SYNC_LENGTH, !is_good, events);
+        }
+        if !is_good {
+            return;
+        }
+        let [counter, ..] = frame.bytes();
+        self.synchronise(counter, now, owner, events);
+    }
+
+    /// Does what a SYNC asks for: applies receive PDOs, samples transmit PDOs.
+    #[inline]
+    fn synchronise<O: Owner>(
+        &mut self,
+        counter: u8,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        events.sync = true;
+        if self.sync.overflow > 1 || self.sync.window_ns != 0 {
+            self.open_window(counter, now);
+        }
+        if self.state == NmtState::Operational {
+            for n in 0..PDOS {
+                let due = self.rpdo.get_mut(n).and_then(Rpdo::sync);
+                if let Some(data) = due {
+                    self.apply(n, data, now, owner, events);
+                }
+            }
+        }
+        if self.sends_pdos(self.state) {
+            self.sample_with_sync(owner);
+        }
+    }
+
+    /// What only some SYNCs have: a counter, and a window for the PDOs that belong to it.
+    #[cold]
+    fn open_window(&mut self, counter: u8, now: Instant) {
+        if self.sync.overflow > 1 {
+            for tpdo in &mut self.tpdo {
+                tpdo.sync_counter(counter);
+            }
+        }
+        if self.sync.window_ns != 0 {
+            self.sync.window_until = now.plus_ns(self.sync.window_ns);
+            self.sync.window_due = self.sync.window_until.plus_ns(1);
+            self.due = self.due.min(self.sync.window_due);
+        }
+    }
+
+    /// The window has closed: synchronous PDOs that were not sent are not sent any more (CiA 301
+    /// 7.5.2.7).
+    pub(crate) fn close_window(&mut self, events: &mut Events) {
+        self.sync.window_due = Instant::NEVER;
+        let mut late = false;
+        for (n, tpdo) in self.tpdo.iter().enumerate() {
+            let slot = Slot::Tpdo(n as u8);
+            if tpdo.parameters.transmission_type <= 240 && self.outbox.is_waiting(slot) {
+                self.outbox.withdraw(slot);
+                late = true;
+            }
+        }
+        self.note(CommunicationErrors::SYNC_WINDOW, late, events);
+    }
+
+    /// Sends a SYNC and obeys it.
+    pub(crate) fn produce_sync<O: Owner>(
+        &mut self,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let sync = &mut self.sync;
+        // A late call does not produce a burst.
+        let next = sync.due.plus_ns(sync.period_ns);
+        sync.due = if next > now {
+            next
+        } else {
+            now.plus_ns(sync.period_ns)
+        };
+        if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
+            return;
+        }
+        let counter = sync.counter;
+        sync.counter = match counter >= sync.overflow {
+            true => 1,
+            false => counter + 1,
+        };
+        self.outbox.post(Slot::Sync);
+        self.synchronise(counter, now, owner, events);
     }
 }

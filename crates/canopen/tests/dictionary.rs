@@ -129,7 +129,7 @@ fn handles() {
         let mut bench = harness::Bench::new(&harness::STANDARD);
         bench.node.image().set(handle, value);
         assert_eq!(bench.node.image().get(handle), value);
-        assert_eq!(bench.read(0x2000, sub), Ok(value.to_raw()));
+        assert_eq!(bench.read(0x2000, sub), Ok(value.to_raw() as u32));
         assert_eq!(T::from_raw(value.to_raw()), value);
         assert_eq!(handle.field().data_type(), T::TYPE);
     }
@@ -190,7 +190,7 @@ fn short_memory() {
         for command in [0x40, 0x23] {
             let request = can::Frame::classic(0x605, [command, 0, 0x20, 3, 1, 2, 3, 4], 8);
             node.receive(&request, canopen::Instant::ZERO, &mut canopen::NoOwner);
-            while node.transmit().is_some() {}
+            while node.transmit(&mut canopen::NoOwner).is_some() {}
         }
     }
 }

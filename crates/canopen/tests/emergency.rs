@@ -10,14 +10,16 @@ use harness::{Bench, P3_LIKE, STANDARD};
 fn frame() {
     for device in [&STANDARD, &P3_LIKE] {
         let mut bench = Bench::operational(device);
-        bench.node.announce(0x8611, 0x21, [1, 2, 3, 4, 5]);
+        bench
+            .node
+            .announce(0x8611, 0x21, [1, 2, 3, 4, 5], bench.now);
         assert_eq!(
             bench.drain(),
             [(0x085, vec![0x11, 0x86, 0x21, 1, 2, 3, 4, 5])]
         );
         assert_eq!(bench.read(0x1001, 0), Ok(0x21));
         // "Error reset": sent, not kept in the history.
-        bench.node.announce(0x0000, 0, [0; 5]);
+        bench.node.announce(0x0000, 0, [0; 5], bench.now);
         assert_eq!(bench.drain(), [(0x085, vec![0; 8])]);
         assert_eq!(bench.read(0x1001, 0), Ok(0));
         assert_eq!(bench.read(0x1003, 0), Ok(1));
@@ -55,7 +57,7 @@ fn history() {
             // The same code twice is two errors.
             let code = 0x1000 + n / 2;
             errors.push(u32::from(code));
-            bench.node.announce(code, 1, [0; 5]);
+            bench.node.announce(code, 1, [0; 5], bench.now);
             bench.drain();
         }
     }
@@ -67,7 +69,7 @@ fn clearing() {
     for (device, clearable) in [(&STANDARD, true), (&P3_LIKE, false)] {
         let mut bench = Bench::new(device);
         for code in [1, 2, 3] {
-            bench.node.announce(code, 1, [0; 5]);
+            bench.node.announce(code, 1, [0; 5], bench.now);
         }
         bench.drain();
         for value in 1..=255 {
@@ -84,7 +86,7 @@ fn clearing() {
             assert_eq!(bench.read(0x1003, 0), Ok(0));
             assert_eq!(bench.read(0x1003, 1), Err(Abort::NO_DATA.0));
             // It fills from the front again.
-            bench.node.announce(0x7000, 1, [0; 5]);
+            bench.node.announce(0x7000, 1, [0; 5], bench.now);
             bench.drain();
             assert_eq!(bench.read(0x1003, 0), Ok(1));
             assert_eq!(bench.read(0x1003, 1), Ok(0x7000));
@@ -103,11 +105,11 @@ fn ring() {
         let mut bench = Bench::new(&STANDARD);
         // Start in the middle of the ring.
         for code in 0..announced % 8 {
-            bench.node.announce(code, 0, [0; 5]);
+            bench.node.announce(code, 0, [0; 5], bench.now);
         }
         bench.drain();
         for code in 1..=announced {
-            bench.node.announce(code, 0, [0; 5]);
+            bench.node.announce(code, 0, [0; 5], bench.now);
         }
         let codes: Vec<u16> = bench
             .drain()
@@ -119,7 +121,7 @@ fn ring() {
         let lost = u32::from(announced.saturating_sub(8));
         assert_eq!(bench.node.lost_transmissions(), lost);
         // A node that fell silent speaks again.
-        bench.node.announce(0x9999, 0, [0; 5]);
+        bench.node.announce(0x9999, 0, [0; 5], bench.now);
         assert_eq!(bench.drain().len(), 1);
     }
 }
@@ -131,7 +133,7 @@ fn cob_id() {
     bench
         .write(0x1014, 0, &0x8000_0085u32.to_le_bytes())
         .expect("off");
-    bench.node.announce(0x1000, 1, [0; 5]);
+    bench.node.announce(0x1000, 1, [0; 5], bench.now);
     assert_eq!(bench.drain(), []);
     assert_eq!(bench.read(0x1001, 0), Ok(1), "the register and");
     assert_eq!(bench.read(0x1003, 1), Ok(0x1000), "the history go on");
@@ -139,17 +141,17 @@ fn cob_id() {
         .write(0x1014, 0, &0x0000_00F5u32.to_le_bytes())
         .expect("on");
     assert_eq!(bench.drain(), [], "what was not sent is not sent later");
-    bench.node.announce(0x2000, 1, [0; 5]);
+    bench.node.announce(0x2000, 1, [0; 5], bench.now);
     assert_eq!(bench.drain()[0].0, 0x0F5);
     // What waits when it is switched off is not sent, nor when it is on again. The bench takes the
     // answers only if no other frame comes with them.
-    bench.node.announce(0x3000, 1, [0; 5]);
+    bench.node.announce(0x3000, 1, [0; 5], bench.now);
     for cob_id in [0x8000_0085, 0x0000_0085u32] {
         bench
             .write(0x1014, 0, &cob_id.to_le_bytes())
             .expect("off, on");
     }
-    bench.node.announce(0x4000, 1, [0; 5]);
+    bench.node.announce(0x4000, 1, [0; 5], bench.now);
     assert_eq!(bench.drain(), [(0x085, vec![0x00, 0x40, 1, 0, 0, 0, 0, 0])]);
 }
 
@@ -159,8 +161,8 @@ fn stopped() {
     for device in [&STANDARD, &P3_LIKE] {
         let mut bench = Bench::operational(device);
         bench.nmt(0x02);
-        bench.node.announce(0x1000, 1, [0; 5]);
-        bench.node.announce(0x2000, 1, [0; 5]);
+        bench.node.announce(0x1000, 1, [0; 5], bench.now);
+        bench.node.announce(0x2000, 1, [0; 5], bench.now);
         assert_eq!(bench.drain(), []);
         assert!(bench.node.is_silent());
         let sent = bench.send(0, &[0x80, harness::ID]);
@@ -169,7 +171,7 @@ fn stopped() {
     }
     // Before the start there is no one to tell; the register and the history know.
     let mut bench = Bench::unstarted(&STANDARD);
-    bench.node.announce(0x1000, 1, [0; 5]);
+    bench.node.announce(0x1000, 1, [0; 5], bench.now);
     bench.node.start(bench.now);
     assert_eq!(bench.drain(), [(0x705, vec![0])]);
     assert_eq!(bench.read(0x1003, 1), Ok(0x1000));

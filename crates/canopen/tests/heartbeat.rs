@@ -47,16 +47,16 @@ fn exact_deadline() {
     for early in [0, 1, 5_000_000, 9_999_998, 9_999_999] {
         let bytes = bench.node.bytes().to_vec();
         for _ in 0..3 {
-            bench.node.poll(bench.now.plus_ns(early));
+            bench.node.poll(bench.now.plus_ns(early), &mut bench.owner);
             assert_eq!(bench.drain(), []);
             assert_eq!(bench.node.next_deadline(), due);
         }
         assert_eq!(bench.node.bytes(), bytes);
     }
-    bench.node.poll(due);
+    bench.node.poll(due, &mut bench.owner);
     assert_eq!(bench.drain(), [(0x705, vec![0x7F])]);
     // A second poll at the same time is a spurious one.
-    bench.node.poll(due);
+    bench.node.poll(due, &mut bench.owner);
     assert_eq!(bench.drain(), []);
     assert_eq!(bench.node.next_deadline(), due.plus_ms(10));
 }
@@ -76,9 +76,13 @@ fn late_polls() {
         let mut bench = Bench::new(&STANDARD);
         bench.write(0x1017, 0, &[10, 0]).expect("10 ms");
         let start = bench.now;
-        bench.node.poll(start.plus_us(10_000 + late_us));
+        bench
+            .node
+            .poll(start.plus_us(10_000 + late_us), &mut bench.owner);
         assert_eq!(bench.drain(), [(0x705, vec![0x7F])]);
-        bench.node.poll(start.plus_us(10_000 + late_us));
+        bench
+            .node
+            .poll(start.plus_us(10_000 + late_us), &mut bench.owner);
         assert_eq!(bench.drain(), []);
         assert_eq!(
             bench.node.next_deadline(),
@@ -113,8 +117,8 @@ fn period_changes() {
 fn not_fetched() {
     let mut bench = Bench::new(&STANDARD);
     bench.write(0x1017, 0, &[10, 0]).expect("10 ms");
-    bench.node.poll(bench.now.plus_ms(10));
-    bench.node.poll(bench.now.plus_ms(20));
+    bench.node.poll(bench.now.plus_ms(10), &mut bench.owner);
+    bench.node.poll(bench.now.plus_ms(20), &mut bench.owner);
     let nmt = can::Frame::classic(0, [0x01, harness::ID, 0, 0, 0, 0, 0, 0], 2);
     bench.node.receive(&nmt, bench.now, &mut bench.owner);
     assert_eq!(bench.drain(), [(0x705, vec![0x05])]);
@@ -129,7 +133,7 @@ fn end_of_time() {
     bench.write(0x1017, 0, &[10, 0]).expect("10 ms");
     assert_eq!(bench.node.next_deadline(), Instant::NEVER);
     for now in [bench.now, Instant::NEVER, Instant::NEVER] {
-        bench.node.poll(now);
+        bench.node.poll(now, &mut bench.owner);
         assert_eq!(bench.drain(), []);
     }
 }
@@ -141,7 +145,7 @@ fn boot_up_first() {
     let mut bench = Bench::unstarted(&P3_LIKE);
     bench.node.image().set(PERIOD, 1);
     bench.node.start(bench.now);
-    bench.node.poll(bench.now.plus_ms(1));
+    bench.node.poll(bench.now.plus_ms(1), &mut bench.owner);
     assert_eq!(bench.drain(), [(0x705, vec![0x00]), (0x705, vec![0x05])]);
     let t = Instant(5);
     assert_eq!(t.plus_ms(2), t.plus_us(2_000));

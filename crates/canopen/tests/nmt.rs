@@ -107,7 +107,11 @@ fn start() {
     let mut node = canopen::Node::new(&ALWAYS, [0u8; 1], id);
     node.start(canopen::Instant::ZERO);
     assert_eq!(node.state(), Operational);
-    assert_eq!(node.transmit().map(|frame| frame.raw_id()), Some(0x77F));
+    assert_eq!(
+        node.transmit(&mut canopen::NoOwner)
+            .map(|frame| frame.raw_id()),
+        Some(0x77F)
+    );
 }
 
 /// Before its start a node takes nothing and sends nothing.
@@ -239,7 +243,7 @@ fn reset_communication() {
         .expect("room");
         bench.write(0x1017, 0, &[50, 0]).expect("heartbeat");
         bench.write(0x2000, 1, &[7]).expect("an application object");
-        bench.node.announce(0x1000, 1, [0; 5]);
+        bench.node.announce(0x1000, 1, [0; 5], bench.now);
         bench.drain();
         let mut damaged = stored;
         damaged[used - 1] ^= 1;
@@ -249,8 +253,8 @@ fn reset_communication() {
             (&damaged[..used], 0, &[]),
         ] {
             // A frame that waits is not sent any more.
-            bench.node.announce(0x0000, 0, [0; 5]);
-            bench.node.restart_communication(stored);
+            bench.node.announce(0x0000, 0, [0; 5], bench.now);
+            bench.node.restart_communication(stored, bench.node.id());
             bench.node.start(bench.now);
             assert_eq!(bench.drain(), [(0x705, vec![0])]);
             assert_eq!(bench.read(0x1017, 0), Ok(heartbeat));

@@ -3,7 +3,7 @@
 mod harness;
 
 use canopen::Abort;
-use harness::{Bench, P3_LIKE, STANDARD};
+use harness::{BASIC, Bench, P3_LIKE, STANDARD};
 
 const UNSUPPORTED: u32 = Abort::UNSUPPORTED_ACCESS.0;
 const NOT_MAPPABLE: u32 = Abort::NOT_MAPPABLE.0;
@@ -272,7 +272,7 @@ fn cob_ids() {
                 | 0x701..=0x7FF
         )
     };
-    for (device, lenient) in [(&STANDARD, false), (&P3_LIKE, true)] {
+    for (device, lenient) in [(&BASIC, false), (&P3_LIKE, true)] {
         for (index, sub) in [(0x1400, 1), (0x1803, 1), (0x1005, 0), (0x1014, 0)] {
             let mut bench = Bench::new(device);
             for id in 0..0x800u32 {
@@ -333,7 +333,7 @@ fn cob_ids() {
 /// Transmission types: 241 to 251 are reserved, 252 and 253 (remote requests) not offered.
 #[test]
 fn transmission_types() {
-    for device in [&STANDARD, &P3_LIKE] {
+    for device in [&BASIC, &P3_LIKE] {
         for index in [0x1400, 0x1403, 0x1800, 0x1803] {
             let mut bench = Bench::new(device);
             for transmission_type in 0..=255 {
@@ -370,7 +370,7 @@ fn impossible_parameters_at_start() {
         (1, entry(0x2000, 1, 8), 1, 0x605, false),
         (1, entry(0x2000, 1, 8), 1, 0x2000_0185, false),
     ] {
-        let mut bench = Bench::unstarted(&STANDARD);
+        let mut bench = Bench::unstarted(&BASIC);
         let mut image = bench.node.image();
         image.set(COUNT, count);
         image.set(FIRST, first);
@@ -394,6 +394,6 @@ fn impossible_parameters_at_start() {
     bench.drain();
     bench.nmt(0x01);
     assert_eq!(bench.node.state(), canopen::NmtState::Operational);
-    bench.node.announce(0x1000, 1, [0; 5]);
+    bench.node.announce(0x1000, 1, [0; 5], bench.now);
     assert_eq!(bench.drain(), []);
 }

@@ -56,7 +56,15 @@ fn lengths() {
                 );
                 let data = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88];
                 bench.send(0x205, &data[..usize::from(length)]);
-                assert_eq!(bench.events.short_rpdo, length < 3);
+                let errors = bench.node.errors();
+                assert_eq!(
+                    errors.has(canopen::CommunicationErrors::RPDO_TOO_SHORT),
+                    length < 3
+                );
+                assert_eq!(
+                    errors.has(canopen::CommunicationErrors::RPDO_TOO_LONG),
+                    length > 3
+                );
                 bench.sync();
                 let applied = if length < 3 { (0, 0) } else { (0x2211, 0x33) };
                 assert_eq!(bench.read(0x2000, 2), Ok(applied.0));
@@ -224,7 +232,7 @@ fn verdicts() {
         bench.map(0x1400, 0x205, 255, &[COMMAND, MODE, TARGET]);
         assert_eq!(bench.send(0x205, &[0x0F, 0x00, 0x06, 0x2A, 0, 0, 0]), []);
         assert_eq!(bench.events.changed.has(harness::devices::COMMAND), told);
-        bench.node.complete(Ok(()));
+        bench.node.complete(Ok(()), bench.now);
         assert_eq!(bench.drain(), []);
         assert_eq!(bench.read(0x2005, 0), Ok(if committed { 0x0F } else { 0 }));
         assert_eq!(bench.read(0x2006, 0), Ok(6));

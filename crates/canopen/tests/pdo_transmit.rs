@@ -191,7 +191,7 @@ fn counting() {
     );
     assert_eq!(
         counts(&mut bench, 2, &mut |bench| {
-            bench.write(0x1800, 3, &[100, 0]).expect("inhibit time");
+            bench.write(0x1800, 5, &[100, 0]).expect("event timer");
         }),
         1
     );

@@ -6,7 +6,7 @@ mod harness;
 use can::Frame;
 use canopen::Device;
 use harness::script::{self, Step, World};
-use harness::{Bench, P3_LIKE, STANDARD};
+use harness::{BASIC, Bench, P3_LIKE};
 use proptest::prelude::*;
 
 fn config() -> ProptestConfig {
@@ -53,7 +53,7 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 fn device() -> impl Strategy<Value = &'static Device> {
-    prop_oneof![Just(&STANDARD), Just(&P3_LIKE)]
+    prop_oneof![Just(&BASIC), Just(&P3_LIKE)]
 }
 
 /// A node with eight PDOs of all kinds, operational.
@@ -215,7 +215,7 @@ impl Model {
             .iter()
             .map(|entry| entry & 0xFF)
             .sum();
-        (self.exists() && self.cob_id & 0x7FF != 0).then_some(bits as usize / 8)
+        (self.exists() && self.cob_id & 0x7FF != 0).then_some(bits.div_ceil(8) as usize)
     }
 }
 
@@ -304,9 +304,9 @@ proptest! {
             }
         } else if let Some(length) = model.length().filter(|length| *length > 0 && id != SYNC) {
             bench.send(id, &[0; 8][..length - 1]);
-            prop_assert!(bench.events.short_rpdo);
+            prop_assert!(bench.node.errors().has(canopen::CommunicationErrors::RPDO_TOO_SHORT));
             bench.send(id, &[0; 8][..length]);
-            prop_assert!(!bench.events.short_rpdo);
+            prop_assert!(!bench.node.errors().has(canopen::CommunicationErrors::RPDO_TOO_SHORT));
         }
     }
 }

@@ -57,9 +57,9 @@ fn priority() {
     let sync = can::Frame::classic(0x80, [0; 8], 0);
     let request = can::Frame::classic(0x605, [0x40, 0x01, 0x10, 0, 0, 0, 0, 0], 8);
     bench.node.receive(&request, bench.now, &mut bench.owner);
-    bench.node.poll(bench.now.plus_ms(10));
+    bench.node.poll(bench.now.plus_ms(10), &mut bench.owner);
     bench.node.receive(&sync, bench.now, &mut bench.owner);
-    bench.node.announce(0x1000, 1, [0; 5]);
+    bench.node.announce(0x1000, 1, [0; 5], bench.now);
     let ids: Vec<u16> = bench.drain().iter().map(|(id, _)| *id).collect();
     assert_eq!(ids, [0x085, 0x181, 0x380, 0x485, 0x57F, 0x585, 0x705]);
     assert_eq!(bench.node.lost_transmissions(), 0);

@@ -112,9 +112,11 @@ impl<M: NodeMemory> Comms<M> {
             let due = self.next_tick.plus_ns(TICK_NS);
             self.next_tick = if due > now { due } else { now.plus_ns(TICK_NS) };
             self.application.tick(&self.node.image(), now);
-            self.announce();
+            self.announce(now);
+            self.node.detect_events(now, &mut self.application);
         }
-        self.node.poll(now);
+        let events = self.node.poll(now, &mut self.application);
+        self.handle(events, now);
     }
 
     /// When [`Comms::poll`] must be called next.
@@ -126,7 +128,7 @@ impl<M: NodeMemory> Comms<M> {
     /// The next frame to send, if there is one.
     #[inline]
     pub fn transmit(&mut self) -> Option<Frame> {
-        self.node.transmit()
+        self.node.transmit(&mut self.application)
     }
 
     /// A new command for the control half.
@@ -179,8 +181,8 @@ impl<M: NodeMemory> Comms<M> {
     }
 
     /// The host has stored, or could not.
-    pub fn store_done(&mut self, result: Result<(), Abort>) {
-        self.node.complete(result);
+    pub fn store_done(&mut self, result: Result<(), Abort>, now: Instant) {
+        self.node.complete(result, now);
     }
 
     /// The host saw something that concerns the drive's health.
@@ -191,7 +193,7 @@ impl<M: NodeMemory> Comms<M> {
     /// Starts communication over: the communication parameters are those stored, everything else
     /// stays.
     pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
-        self.node.restart_communication(stored);
+        self.node.restart_communication(stored, self.node.id());
         let events = self.node.start(now);
         // No parameter of the axis has changed, and no set-point has come.
         let changed = Changed::NOTHING;
@@ -233,13 +235,14 @@ impl<M: NodeMemory> Comms<M> {
         if events.reset.is_some() {
             self.reset = events.reset;
         }
-        self.announce();
+        self.announce(now);
     }
 
     /// Sends what the fault manager has to say, and keeps the error objects.
-    fn announce(&mut self) {
+    fn announce(&mut self, now: Instant) {
         while let Some(news) = self.application.faults.announce() {
-            self.node.announce(news.code, news.register, news.vendor);
+            self.node
+                .announce(news.code, news.register, news.vendor, now);
             let status = self.application.faults.status_register();
             let mut image = self.node.image();
             if let Some(handle) = self.personality.status_register {

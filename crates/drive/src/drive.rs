@@ -108,8 +108,8 @@ impl<M: NodeMemory> Drive<M> {
     }
 
     /// See [`Comms::store_done`].
-    pub fn store_done(&mut self, result: Result<(), canopen::Abort>) {
-        self.comms.store_done(result);
+    pub fn store_done(&mut self, result: Result<(), canopen::Abort>, now: Instant) {
+        self.comms.store_done(result, now);
     }
 
     /// See [`Comms::report`].

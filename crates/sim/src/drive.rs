@@ -288,7 +288,7 @@ impl VirtualDrive {
             && now >= at
         {
             self.storing = None;
-            self.store(request, notice);
+            self.store(request, now, notice);
         }
         self.obey(now);
         self.adopt_timing();
@@ -361,7 +361,12 @@ impl VirtualDrive {
         }
     }
 
-    fn store(&mut self, request: store::Request, notice: &mut impl FnMut(NoticeKind)) {
+    fn store(
+        &mut self,
+        request: store::Request,
+        now: Instant,
+        notice: &mut impl FnMut(NoticeKind),
+    ) {
         let Some(core) = &mut self.core else { return };
         let mut bytes = vec![0; STORE_BYTES];
         let result = match core.stored(request, self.store.bytes(), &mut bytes) {
@@ -374,6 +379,6 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
-        core.store_done(result);
+        core.store_done(result, now);
     }
 }

@@ -196,7 +196,7 @@ impl Subject for Servobus {
     fn exchange(&mut self, received: &Frame, due: usize, mut taken: impl FnMut(Frame)) {
         self.node.receive(received, self.now, &mut self.process);
         for _ in 0..due {
-            if let Some(frame) = self.node.transmit() {
+            if let Some(frame) = self.node.transmit(&mut self.process) {
                 taken(frame);
             }
         }
@@ -208,13 +208,13 @@ impl Subject for Servobus {
     }
 
     fn waiting(&mut self) -> Option<Frame> {
-        self.node.transmit()
+        self.node.transmit(&mut self.process)
     }
 }
 
 impl Polled for Servobus {
     #[inline(always)]
     fn poll(&mut self) {
-        self.node.poll(self.now);
+        self.node.poll(self.now, &mut self.process);
     }
 }

@@ -15,9 +15,12 @@ impl<M: NodeMemory> Node<M> {
     ) {
         let Some(rpdo) = self.rpdo.get(n) else { return };
         let mapping = rpdo.mapping;
+        if mapping.is_walked() {
+            return self.apply_walked(n, data, now, owner, events);
+        }
         for copy in mapping.copies() {
             let raw = copy.extract(data);
-            if copy.judged {
+            if copy.is_judged() {
                 let Some(row) = self.device.table.rows().get(usize::from(copy.row)) else {
                     continue;
                 };
@@ -27,8 +30,8 @@ impl<M: NodeMemory> Node<M> {
                     let _ = self.write(address, &entry, raw, now, owner, events);
                 }
             } else {
-                Image::new(self.memory.as_mut()).set_raw(copy.field, raw);
-                events.changed.insert(copy.class);
+                Image::new(self.memory.as_mut()).set_raw(copy.field(), raw);
+                events.changed.insert(copy.class());
             }
         }
     }

@@ -3,6 +3,11 @@
 use crate::row::flag;
 use crate::{Abort, Entry, Field, MAPPED_PER_PDO, Table};
 
+/// Copies that a mapping is compiled into, at most. Others are walked, see [`Mapping::is_walked`].
+const COPIES: usize = 4;
+/// Bits of a frame's data.
+const BITS: u16 = 64;
+
 /// Which way a PDO goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Direction {
@@ -10,30 +15,31 @@ pub(crate) enum Direction {
     Transmit,
 }
 
-/// One object's bytes between a PDO and the image.
+/// One object's bytes between a PDO and the image, in eight bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Copy {
-    pub(crate) field: Field,
+    /// Where the value lies in the image.
+    offset: u16,
     pub(crate) row: u16,
     /// First bit within the PDO: 0 to 56.
     shift: u8,
     /// Bits that the object has fewer than 32: 0, 16 or 24.
     unused_bits: u8,
     pub(crate) sub: u8,
-    pub(crate) class: u8,
-    /// Its owner is asked: such copies come last.
-    asks: bool,
-    /// A value may be refused: by its owner, its range or the node.
-    pub(crate) judged: bool,
+    /// The class of change, and [`Copy::ASKS`] and [`Copy::JUDGED`].
+    flags: u8,
 }
+
+const _: () = assert!(size_of::<Copy>() == 8);
 
 /// A compiled mapping.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mapping {
-    copies: [Copy; MAPPED_PER_PDO],
+    copies: [Copy; COPIES],
     count: u8,
-    bytes: u8,
+    bits: u8,
     live: bool,
+    walked: bool,
 }
 
 /// The object that a mapping entry (index, sub-index, length in bits) names, if it may be mapped.
@@ -44,14 +50,68 @@ pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<
         Direction::Receive => found.maps_rpdo(),
         Direction::Transmit => found.maps_tpdo(),
     };
-    // The length must be the object's (CiA 301 7.5.2.36; the P3's PDOs are byte-wise, l.79).
-    if !mappable || bits != found.field.size() * 8 {
+    // The length must be the object's (CiA 301 7.5.2.36).
+    if !mappable || bits != found.field.data_type().bits() {
         return Err(Abort::NOT_MAPPABLE);
     }
     Ok(found)
 }
 
 impl Copy {
+    /// Its owner is asked: such copies come last.
+    const ASKS: u8 = 1 << 6;
+    /// A value may be refused: by its owner, its range or the node.
+    const JUDGED: u8 = 1 << 7;
+
+    const NONE: Copy = Copy {
+        offset: 0,
+        row: 0,
+        shift: 0,
+        unused_bits: 24,
+        sub: 0,
+        flags: 0,
+    };
+
+    fn new(found: &Entry, sub: u8, shift: u8) -> Copy {
+        let mut flags = found.class & 31;
+        if found.has(flag::ASKS) {
+            flags |= Copy::ASKS;
+        }
+        if found.has(flag::ASKS | flag::RANGE | flag::NODE) {
+            flags |= Copy::JUDGED;
+        }
+        Copy {
+            offset: found.field.offset(),
+            row: found.row,
+            shift,
+            unused_bits: 32u8.saturating_sub(8 * found.field.size()),
+            sub,
+            flags,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn is_judged(&self) -> bool {
+        self.flags & Copy::JUDGED != 0
+    }
+
+    fn asks(&self) -> bool {
+        self.flags & Copy::ASKS != 0
+    }
+
+    /// The class of change that a write tells.
+    #[inline]
+    pub(crate) fn class(&self) -> u8 {
+        self.flags & 31
+    }
+
+    /// Where the value lies.
+    #[inline]
+    pub(crate) fn field(&self) -> Field {
+        let size = 4u8.saturating_sub(self.unused_bits / 8);
+        Field::sized(self.offset, crate::DataType::U32, size)
+    }
+
     /// The object's bytes in the data of a PDO, zero extended.
     #[inline]
     pub(crate) fn extract(&self, data: u64) -> u32 {
@@ -61,7 +121,7 @@ impl Copy {
     /// The image's bytes at their place in a PDO.
     #[inline]
     fn sample(&self, bytes: &[u8]) -> u64 {
-        let at = usize::from(self.field.offset());
+        let at = usize::from(self.offset);
         // Four bytes at once and a mask; only the image's last objects have fewer after them.
         let raw = match bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
             Some(four) => u32::from_le_bytes(*four) & self.mask(),
@@ -73,7 +133,7 @@ impl Copy {
     #[cold]
     #[inline(never)]
     fn sample_at_end(&self, bytes: &[u8]) -> u32 {
-        crate::image::raw(bytes, self.field)
+        crate::image::raw(bytes, self.field())
     }
 
     /// The object's bytes among four.
@@ -85,19 +145,11 @@ impl Copy {
 
 impl Mapping {
     pub(crate) const EMPTY: Mapping = Mapping {
-        copies: [Copy {
-            field: Field::new(0, crate::DataType::U8),
-            row: 0,
-            shift: 0,
-            unused_bits: 24,
-            sub: 0,
-            class: 0,
-            asks: false,
-            judged: false,
-        }; MAPPED_PER_PDO],
+        copies: [Copy::NONE; COPIES],
         count: 0,
-        bytes: 0,
+        bits: 0,
         live: false,
+        walked: false,
     };
 
     /// Compiles `entries`.
@@ -113,32 +165,29 @@ impl Mapping {
         let mut mapping = Mapping::EMPTY;
         for entry in entries {
             let found = mapped_entry(table, entry, way)?;
-            let size = found.field.size();
-            let end = mapping.bytes.saturating_add(size);
-            let Some(place) = mapping.copies.get_mut(usize::from(mapping.count)) else {
-                return Err(Abort::MAP_TOO_LONG);
-            };
-            if end > 8 {
+            let bits = found.field.data_type().bits();
+            let end = u16::from(mapping.bits) + u16::from(bits);
+            if end > BITS || usize::from(mapping.count) >= MAPPED_PER_PDO {
                 return Err(Abort::MAP_TOO_LONG);
             }
-            *place = Copy {
-                field: found.field,
-                row: found.row,
-                shift: mapping.bytes * 8,
-                unused_bits: 32 - 8 * size,
-                sub: (entry >> 8) as u8,
-                class: found.class,
-                asks: found.has(flag::ASKS),
-                judged: found.has(flag::ASKS | flag::RANGE | flag::NODE),
-            };
+            let is_plain = !found.has(flag::LONG) && bits % 8 == 0 && mapping.bits % 8 == 0;
+            match mapping.copies.get_mut(usize::from(mapping.count)) {
+                Some(place) if is_plain => {
+                    *place = Copy::new(&found, (entry >> 8) as u8, mapping.bits);
+                }
+                _ => mapping.walked = true,
+            }
             mapping.count += 1;
-            mapping.bytes = end;
+            mapping.bits = end as u8;
             mapping.live |= found.has(flag::LIVE);
+        }
+        if mapping.walked {
+            return Ok(mapping);
         }
         // Plain objects first, then those that ask, by index: a controlword sees the target that
         // came with it, and 0x6040 acts before 0x6060 (P10).
         if let Some(copies) = mapping.copies.get_mut(..usize::from(mapping.count)) {
-            copies.sort_unstable_by_key(|copy| (copy.asks, copy.row, copy.shift));
+            copies.sort_unstable_by_key(|copy| (copy.asks(), copy.row, copy.shift));
         }
         Ok(mapping)
     }
@@ -156,10 +205,23 @@ impl Mapping {
             .fold(0, |data, copy| data | copy.sample(bytes))
     }
 
-    /// Bytes that a PDO of this mapping has.
+    /// Bytes that a PDO of this mapping has; the last one's bits need not all be used.
     #[inline]
     pub(crate) fn bytes(&self) -> u8 {
-        self.bytes
+        self.bits.div_ceil(8)
+    }
+
+    /// How many objects are mapped.
+    pub(crate) fn count(&self) -> u8 {
+        self.count
+    }
+
+    /// Whether the mapping is no list of copies: its objects are not whole bytes, wider than four,
+    /// or more than four. It is then read from the image entry by entry with every frame. That
+    /// costs a look-up an object; lists of 64 copies would cost four kilobytes of memory a node.
+    #[inline]
+    pub(crate) fn is_walked(&self) -> bool {
+        self.walked
     }
 
     /// Whether a live object is among them.

@@ -1,7 +1,8 @@
 //! A transmit PDO.
 
-use crate::Dialect;
+use crate::outbox::Slot;
 use crate::pdo::Mapping;
+use crate::{Dialect, Image, Instant, Node, NodeMemory, Owner};
 
 /// One transmit PDO: its parameters and its last sample.
 #[derive(Clone, Copy, Debug)]
@@ -10,37 +11,111 @@ pub(crate) struct Tpdo {
     every: u8,
     /// SYNCs still to come until then.
     left: u8,
+    /// The SYNC counter it waits for; 0: none.
+    starts_at: u8,
+    pub(crate) kind: Kind,
+    pub(crate) parameters: TpdoParameters,
+    /// `data` are what was last sent, and no news any more.
+    pub(crate) is_known: bool,
+    /// An event waits for its SYNC or for the end of the inhibit time.
+    pub(crate) has_event: bool,
     pub(crate) data: u64,
+    /// The inhibit time lasts until then.
+    pub(crate) free_at: Instant,
+    /// When the event timer elapses.
+    pub(crate) timer_due: Instant,
     pub(crate) mapping: Mapping,
+}
+
+/// What makes a transmit PDO be sent (CiA 301 table 72).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Nothing: it is off or empty, or its type has no effect on this device.
+    Off,
+    /// 1 to 240: SYNC.
+    Cyclic,
+    /// 0: the SYNC after an event.
+    Acyclic,
+    /// 252: sampled with SYNC, sent on request.
+    SyncRequest,
+    /// 253: sent on request.
+    Request,
+    /// 254 and 255: an event, the event timer, or a request.
+    Event,
+}
+
+/// What 0x1800 says beside the identifier.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TpdoParameters {
+    pub(crate) transmission_type: u8,
+    /// Shortest time from one frame to the next, 100 µs.
+    pub(crate) inhibit: u16,
+    /// Longest time from one frame to the next; 0: any.
+    pub(crate) event_timer_ms: u16,
+    /// The SYNC counter it begins with; 0: any.
+    pub(crate) sync_start: u8,
+    /// Bit 30 of the COB-ID is clear: it may be requested.
+    pub(crate) on_request: bool,
 }
 
 impl Tpdo {
     pub(crate) const OFF: Tpdo = Tpdo {
         every: 0,
         left: 0,
+        starts_at: 0,
+        kind: Kind::Off,
+        parameters: TpdoParameters {
+            transmission_type: 255,
+            inhibit: 0,
+            event_timer_ms: 0,
+            sync_start: 0,
+            on_request: false,
+        },
+        is_known: false,
+        has_event: false,
         data: 0,
+        free_at: Instant::ZERO,
+        timer_due: Instant::NEVER,
         mapping: Mapping::EMPTY,
     };
 
     /// A PDO that counts SYNCs from now on. `exists`: its COB-ID is valid.
     pub(crate) fn new(
         exists: bool,
-        transmission_type: u8,
+        parameters: TpdoParameters,
         mapping: Mapping,
         dialect: &Dialect,
     ) -> Tpdo {
-        let every = match transmission_type {
-            _ if !exists || mapping.bytes() == 0 => 0,
-            0 if dialect.tpdo_type_0_is_cyclic => 1,
-            // Acyclic synchronous (0) and event-driven PDOs need an event, which nothing gives yet.
-            241..=255 => 0,
-            n => n,
+        let kind = match parameters.transmission_type {
+            _ if !exists || mapping.bytes() == 0 => Kind::Off,
+            0 if dialect.tpdo_type_0_is_cyclic => Kind::Cyclic,
+            1..=240 => Kind::Cyclic,
+            _ if !dialect.pdo_events => Kind::Off,
+            0 => Kind::Acyclic,
+            252 => Kind::SyncRequest,
+            253 => Kind::Request,
+            254 | 255 => Kind::Event,
+            _ => Kind::Off,
         };
-        Tpdo {
-            every,
-            left: every,
+        let mut tpdo = Tpdo {
+            kind,
+            parameters,
             mapping,
             ..Tpdo::OFF
+        };
+        tpdo.restart();
+        tpdo
+    }
+
+    /// Whether events have something to do with it.
+    pub(crate) fn is_sent_by_events(&self) -> bool {
+        matches!(self.kind, Kind::Event | Kind::Acyclic)
+    }
+
+    fn period(&self) -> u8 {
+        match self.kind {
+            Kind::Cyclic => self.parameters.transmission_type.max(1),
+            _ => 0,
         }
     }
 
@@ -55,14 +130,79 @@ impl Tpdo {
         self.every != 0
     }
 
-    /// Starts counting SYNCs anew.
-    pub(crate) fn restart(&mut self) {
-        self.left = self.every;
+    /// The counter of the SYNC that is about to be counted: a PDO may begin with it (CiA 301
+    /// 7.5.2.37, SYNC start value).
+    pub(crate) fn sync_counter(&mut self, counter: u8) {
+        if self.starts_at != 0 && self.starts_at == counter {
+            self.starts_at = 0;
+            self.every = self.period();
+            self.left = self.every;
+        }
     }
 
-    /// Latches the mapped values of an image.
+    /// Starts counting SYNCs anew, and forgets what was sent.
+    pub(crate) fn restart(&mut self) {
+        self.every = self.period();
+        self.left = self.every;
+        self.starts_at = 0;
+        self.is_known = false;
+        self.has_event = false;
+        self.timer_due = Instant::NEVER;
+    }
+
+    /// Waits for the SYNC with its start value.
+    pub(crate) fn wait_for_start(&mut self) {
+        if self.kind == Kind::Cyclic && self.parameters.sync_start != 0 {
+            self.starts_at = self.parameters.sync_start;
+            self.every = 0;
+            self.left = 0;
+        }
+    }
+}
+
+impl<M: NodeMemory> Node<M> {
+    /// The transmit PDOs that a SYNC makes due: sampled, and to be sent.
     #[inline]
-    pub(crate) fn sample(&mut self, bytes: &[u8]) {
-        self.data = self.mapping.sample(bytes);
+    pub(crate) fn sample_with_sync<O: Owner>(&mut self, owner: &mut O) {
+        let mut published = false;
+        let mut walked = 0u8;
+        for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
+            if !tpdo.sync() {
+                match tpdo.kind {
+                    Kind::Acyclic if tpdo.has_event => tpdo.has_event = false,
+                    // Sampled now, and sent when asked for.
+                    Kind::SyncRequest => {}
+                    _ => continue,
+                }
+            }
+            if tpdo.mapping.is_live() && !published {
+                owner.publish(&mut Image::new(self.memory.as_mut()));
+                published = true;
+            }
+            if tpdo.mapping.is_walked() {
+                walked |= 1 << n;
+            } else {
+                tpdo.data = tpdo.mapping.sample(self.memory.as_ref());
+            }
+            tpdo.is_known = true;
+            if tpdo.kind != Kind::SyncRequest {
+                self.outbox.post(Slot::Tpdo(n as u8));
+            }
+        }
+        if walked != 0 {
+            self.sample_all_walked(walked);
+        }
+    }
+
+    #[cold]
+    fn sample_all_walked(&mut self, walked: u8) {
+        for n in 0..crate::PDOS {
+            if walked & 1 << n != 0 {
+                let data = self.sample_walked(n);
+                if let Some(tpdo) = self.tpdo.get_mut(n) {
+                    tpdo.data = data;
+                }
+            }
+        }
     }
 }

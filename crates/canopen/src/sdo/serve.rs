@@ -2,122 +2,345 @@
 
 use can::Frame;
 
-use super::Request;
+use super::{Phase, Request, SdoServer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::row::flag;
-use crate::{
-    Abort, Address, DataType, Default, Entry, Events, Image, Instant, Node, NodeMemory, Owner, Row,
-};
+use crate::{Abort, Address, Entry, Events, Image, Instant, Node, NodeMemory, Owner, SdoTransfers};
+
+/// How an upload is answered.
+enum Upload {
+    /// At once, with so many bytes.
+    Expedited(u32, u8),
+    /// By a transfer of its own, or not at all.
+    Long(Entry),
+}
 
 impl<M: NodeMemory> Node<M> {
-    /// Serves one SDO request.
+    /// Serves one request to server `n`.
     #[inline]
     pub(crate) fn serve<O: Owner>(
         &mut self,
+        n: u8,
         frame: &Frame,
         now: Instant,
         owner: &mut O,
         events: &mut Events,
     ) {
+        if self.server(n).transfer.phase == Phase::BlockDownload && frame.len() == 8 {
+            return self.block_segment(n, frame.bytes(), now, owner);
+        }
         let Some(request) = Request::parse(frame, &self.device.dialect) else {
             return;
         };
         let dialect = &self.device.dialect;
         match request {
-            Request::Upload(address) => match self.upload(address, owner) {
-                Ok((raw, bytes)) => self.sdo.uploaded(address, raw, bytes, dialect),
-                Err(abort) => self.sdo.aborted(address, abort),
-            },
-            Request::Download { address, raw, size } => {
-                if self.sdo.waiting.is_some() {
-                    // The one connection is busy until the owner has answered.
-                    self.sdo.aborted(address, Abort::DEVICE_STATE);
-                } else {
-                    let found = self.device.table.find(address.index, address.sub);
-                    let written = found.and_then(|entry| {
-                        if !entry.has(flag::WRITE) {
-                            return Err(Abort::READ_ONLY);
-                        }
-                        size.check(entry.field.size())?;
-                        let raw = low_bytes(raw, entry.field.size());
-                        self.write(address, &entry, raw, now, owner, events)
-                            .map(|written| (written, raw))
-                    });
-                    match written {
-                        Ok((Written::Now, raw)) => self.sdo.downloaded(address, raw, dialect),
-                        Ok((Written::Later, raw)) => {
-                            self.sdo.waiting = Some((address, raw));
-                            return;
-                        }
-                        Err(abort) => self.sdo.aborted(address, self.sub_0(address, abort)),
+            Request::Upload(address) => {
+                if !self.server(n).is_idle() {
+                    self.interrupt(n, owner);
+                }
+                match self.upload(address, owner) {
+                    Ok(Upload::Expedited(raw, bytes)) => {
+                        self.server(n).uploaded(address, raw, bytes, dialect);
                     }
+                    Ok(Upload::Long(entry)) => self.begin_upload(n, address, &entry, now, owner),
+                    Err(abort) => self.server(n).aborted(address, abort),
                 }
             }
-            Request::Unknown(address) => self.sdo.aborted(address, Abort::COMMAND),
-            // An abort is never answered (CiA 301 7.2.4.3.17); it ends what waits.
-            Request::Abort => {
-                self.sdo.waiting = None;
-                return;
+            Request::Download { address, raw, size } => {
+                if !self.server(n).is_idle() {
+                    self.interrupt(n, owner);
+                }
+                let written = self.writable(address).and_then(|entry| {
+                    if entry.has(flag::LONG) {
+                        let bytes = size.of_string(entry.field.size().max(4))?;
+                        let data = raw.to_le_bytes();
+                        let data = data.get(..usize::from(bytes)).unwrap_or(&[]);
+                        let written =
+                            self.write_long_at_once(address, &entry, data, now, owner, events);
+                        return written.map(|written| (written, raw));
+                    }
+                    size.check(entry.field.size())?;
+                    let raw = low_bytes(raw, entry.field.size());
+                    self.write(address, &entry, raw, now, owner, events)
+                        .map(|written| (written, raw))
+                });
+                match written {
+                    Ok((Written::Now, raw)) => self.server(n).downloaded(address, raw, dialect),
+                    Ok((Written::Later, raw)) => {
+                        let transfer = &mut self.server(n).transfer;
+                        transfer.address = address;
+                        transfer.value = u64::from(raw).to_le_bytes();
+                        return self.wait(n, Wait::Expedited);
+                    }
+                    Err(abort) => self.server(n).aborted(address, abort),
+                }
+            }
+            request => {
+                let [_, low, high, sub, ..] = frame.bytes();
+                if self.server(n).is_idle() {
+                    // What an abort names when there is no transfer whose object it could name.
+                    let named = Address::new(u16::from_le_bytes([low, high]), sub);
+                    self.server(n).transfer.address = named;
+                }
+                return self.serve_long(n, request, now, owner, events);
             }
         }
-        self.outbox.post(Slot::Sdo);
+        self.outbox.post(Slot::Sdo(n));
     }
 
+    /// Everything that is not an expedited transfer.
+    #[cold]
+    fn serve_long<O: Owner>(
+        &mut self,
+        n: u8,
+        request: Request,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        // An abort is never answered (CiA 301 7.2.4.3.17); it ends what goes on.
+        if let Request::Abort(why) = request {
+            return self.drop_transfer(n, why, owner);
+        }
+        if self.device.dialect.sdo == SdoTransfers::Expedited {
+            if self.server(n).is_waiting() {
+                let address = self.server(n).transfer.address;
+                self.server(n).aborted(address, Abort::COMMAND);
+                return self.outbox.post(Slot::Sdo(n));
+            }
+            return self.abort_transfer(n, Abort::COMMAND, owner);
+        }
+        match request {
+            Request::DownloadSegments { address, size } => {
+                self.begin_download(n, address, size, None, now, owner);
+            }
+            Request::Segment {
+                toggle,
+                bytes,
+                count,
+                is_last,
+            } => {
+                let data = bytes.get(..usize::from(count)).unwrap_or(&[]);
+                self.download_segment(n, toggle, data, is_last, now, owner, events);
+            }
+            Request::UploadSegment { toggle } => self.upload_segment(n, toggle, now, owner),
+            Request::BlockUpload {
+                address,
+                with_crc,
+                block_size,
+                switch_bytes,
+            } => {
+                let wish = (with_crc, block_size, switch_bytes);
+                self.begin_block_upload(n, address, wish, now, owner);
+            }
+            Request::BlockUploadStart => self.start_blocks(n, now, owner),
+            Request::BlockUploadAcknowledge {
+                segments,
+                block_size,
+            } => self.block_acknowledged(n, segments, block_size, now, owner),
+            Request::BlockUploadEnd => self.end_block_upload(n, owner),
+            Request::BlockDownload {
+                address,
+                with_crc,
+                size,
+            } => self.begin_download(n, address, size, Some(with_crc), now, owner),
+            Request::BlockDownloadEnd { unused, crc } => {
+                self.end_block_download(n, unused, crc, now, owner, events);
+            }
+            Request::Unknown(address) => {
+                self.drop_transfer(n, Abort::COMMAND, owner);
+                self.server(n).aborted(address, Abort::COMMAND);
+                self.outbox.post(Slot::Sdo(n));
+            }
+            Request::Upload(_) | Request::Download { .. } | Request::Abort(_) => {}
+        }
+    }
+
+    /// What an upload of `address` gives.
     #[inline]
-    fn upload<O: Owner>(&mut self, address: Address, owner: &mut O) -> Result<(u32, u8), Abort> {
+    fn upload<O: Owner>(&mut self, address: Address, owner: &mut O) -> Result<Upload, Abort> {
+        let entry = match self.readable(address)? {
+            Ok(entry) => entry,
+            Err(highest) => return Ok(Upload::Expedited(u32::from(highest), 1)),
+        };
+        if entry.has(flag::LONG) {
+            return Ok(Upload::Long(entry));
+        }
+        let mut image = Image::new(self.memory.as_mut());
+        if entry.has(flag::LIVE) {
+            owner.publish(&mut image);
+        }
+        Ok(Upload::Expedited(
+            image.raw(entry.field),
+            entry.field.size(),
+        ))
+    }
+
+    /// The object at `address` if it may be read; `Err` of the highest sub-index for a sub-index 0
+    /// that no row declares (CiA 301 7.4.3).
+    #[inline]
+    pub(crate) fn readable(&self, address: Address) -> Result<Result<Entry, u8>, Abort> {
         let table = &self.device.table;
         let entry = match table.find(address.index, address.sub) {
             Ok(entry) => entry,
-            // Sub-index 0 that no row declares is the highest sub-index (CiA 301 7.4.3).
             Err(abort) if address.sub == 0 => {
-                return table
-                    .highest_sub_index(address.index)
-                    .map(|highest| (u32::from(highest), 1))
-                    .ok_or(abort);
+                return table.highest_sub_index(address.index).map(Err).ok_or(abort);
             }
             Err(abort) => return Err(abort),
         };
         if !entry.has(flag::READ) {
             return Err(Abort::WRITE_ONLY);
         }
-        if entry.field.data_type() == DataType::Text {
-            return self.text(&entry);
-        }
         if address.index == 0x1003 && !self.history_has(address.sub) {
             return Err(Abort::NO_DATA);
         }
-        let mut image = Image::new(self.memory.as_mut());
-        if entry.has(flag::LIVE) {
-            owner.publish(&mut image);
-        }
-        Ok((image.raw(entry.field), entry.field.size()))
+        Ok(Ok(entry))
     }
 
-    /// A constant text of at most four characters.
-    fn text(&self, entry: &Entry) -> Result<(u32, u8), Abort> {
-        match self.device.table.row(entry) {
-            // No expedited answer can say "0 bytes".
-            Some(Row {
-                default: Default::Text(text),
-                ..
-            }) if !text.is_empty() => {
-                let mut bytes = [0; 4];
-                for (place, byte) in bytes.iter_mut().zip(text.bytes()) {
-                    *place = byte;
-                }
-                Ok((u32::from_le_bytes(bytes), text.len().min(4) as u8))
-            }
-            _ => Err(Abort::NO_DATA),
+    /// The object at `address` if it may be written now.
+    #[inline]
+    pub(crate) fn writable(&self, address: Address) -> Result<Entry, Abort> {
+        let entry = match self.device.table.find(address.index, address.sub) {
+            Ok(entry) => entry,
+            Err(abort) => return Err(self.sub_0(address, abort)),
+        };
+        if self.waiting.is_some() {
+            // One thing at a time: the owner has not answered the last one yet.
+            return Err(Abort::DEVICE_STATE);
         }
+        if !entry.has(flag::WRITE) {
+            return Err(Abort::READ_ONLY);
+        }
+        Ok(entry)
     }
 
-    /// A write to the sub-index 0 that [`Node::upload`] makes up is a write to a constant.
+    /// A write to the sub-index 0 that an upload makes up is a write to a constant.
+    #[cold]
     fn sub_0(&self, address: Address, abort: Abort) -> Abort {
         let made_up = address.sub == 0
             && abort == Abort::NO_SUB_INDEX
             && self.device.table.highest_sub_index(address.index).is_some();
         if made_up { Abort::READ_ONLY } else { abort }
+    }
+
+    /// The client of server `n` begins anew: what it had begun is over. A write that its owner is
+    /// at goes on.
+    #[cold]
+    pub(crate) fn interrupt<O: Owner>(&mut self, n: u8, owner: &mut O) {
+        if !self.server(n).is_waiting() {
+            self.drop_transfer(n, Abort::GENERAL, owner);
+        }
+    }
+
+    /// Ends the transfer of server `n` before its end, if there is one; says nothing to the client.
+    pub(crate) fn drop_transfer<O: Owner>(&mut self, n: u8, why: Abort, owner: &mut O) {
+        let server = self.server(n);
+        let transfer = server.transfer;
+        server.finish();
+        if transfer.is_open_stream() {
+            owner.stream_abort(transfer.address, why);
+        }
+        self.let_go(n);
+        // Segments that were about to be sent are not.
+        if transfer.phase == Phase::BlockUpload {
+            self.outbox.withdraw(Slot::Sdo(n));
+        }
+    }
+
+    /// Ends the transfer of server `n` and tells the client why.
+    pub(crate) fn abort_transfer<O: Owner>(&mut self, n: u8, why: Abort, owner: &mut O) {
+        self.drop_transfer(n, why, owner);
+        let server = self.server(n);
+        let address = server.transfer.address;
+        server.aborted(address, why);
+        self.outbox.post(Slot::Sdo(n));
+    }
+
+    /// Server `n` needs its owner and the room for strings no longer.
+    pub(crate) fn let_go(&mut self, n: u8) {
+        if self.waiting == Some(n) {
+            self.waiting = None;
+        }
+        if self.gathering == Some(n) {
+            self.gathering = None;
+        }
+    }
+
+    /// Server `n` answers when its owner does.
+    pub(crate) fn wait(&mut self, n: u8, wait: Wait) {
+        self.waiting = Some(n);
+        let server = self.server(n);
+        server.transfer.phase = Phase::Waiting(wait);
+        server.due = Instant::NEVER;
+    }
+
+    /// The client's next step is due within the time that the dialect says.
+    pub(crate) fn await_client(&mut self, n: u8, now: Instant) {
+        let SdoTransfers::All { timeout_ms, .. } = self.device.dialect.sdo else {
+            return;
+        };
+        let due = now.plus_ms(u64::from(timeout_ms));
+        self.server(n).due = due;
+        self.due = self.due.min(due);
+    }
+
+    /// Server `n`, one of [`crate::SDO_SERVERS`].
+    #[inline]
+    pub(crate) fn server(&mut self, n: u8) -> &mut SdoServer {
+        let [first, second, third] = &mut self.servers;
+        match n {
+            0 => first,
+            1 => second,
+            _ => third,
+        }
+    }
+
+    /// Gives up clients that have not taken the next step; called when one is due.
+    pub(crate) fn give_clients_up<O: Owner>(&mut self, now: Instant, owner: &mut O) {
+        for n in 0..crate::SDO_SERVERS as u8 {
+            if now < self.server(n).due || self.server(n).due == Instant::NEVER {
+                continue;
+            }
+            if self.is_sending_block(n) {
+                // It is the wire that takes so long.
+                self.await_client(n, now);
+            } else if !self.block_fell_silent(n, now) {
+                self.abort_transfer(n, Abort::TIMED_OUT, owner);
+            }
+        }
+    }
+
+    /// Answers the write that the owner judged [`crate::Verdict::Later`]. Does nothing if no such
+    /// write waits (its client may have given up). Afterwards call [`Node::transmit`].
+    pub fn complete(&mut self, result: Result<(), Abort>, now: Instant) {
+        let Some(n) = self.waiting else { return };
+        self.let_go(n);
+        let dialect = &self.device.dialect;
+        let server = self.server(n);
+        let transfer = server.transfer;
+        let Phase::Waiting(wait) = transfer.phase else {
+            return;
+        };
+        server.finish();
+        match (result, wait) {
+            (Err(abort), _) => server.aborted(transfer.address, abort),
+            (Ok(()), Wait::Expedited) => {
+                let raw = u64::from_le_bytes(transfer.value) as u32;
+                server.downloaded(transfer.address, raw, dialect);
+            }
+            (Ok(()), Wait::SegmentsBegin) => {
+                server.segments_may_come();
+                self.await_client(n, now);
+            }
+            (Ok(()), Wait::SegmentsEnd) => server.segment_came(),
+            (Ok(()), Wait::BlocksBegin) => {
+                server.blocks_may_come(dialect);
+                self.await_client(n, now);
+            }
+            (Ok(()), Wait::BlocksEnd) => server.blocks_came(),
+        }
+        self.outbox.post(Slot::Sdo(n));
     }
 }
 

@@ -107,7 +107,7 @@ impl Bench {
     /// All that waits.
     pub fn drain(&mut self) -> Vec<Sent> {
         let mut sent = Vec::new();
-        while let Some(frame) = self.node.transmit() {
+        while let Some(frame) = self.node.transmit(&mut self.owner) {
             assert!(!frame.is_extended() && !frame.is_remote());
             sent.push((frame.raw_id() as u16, frame.data().to_vec()));
         }
@@ -118,7 +118,7 @@ impl Bench {
     /// Moves the clock on by `ms` and polls.
     pub fn after_ms(&mut self, ms: u64) -> Vec<Sent> {
         self.now = self.now.plus_ms(ms);
-        self.node.poll(self.now);
+        self.events = self.node.poll(self.now, &mut self.owner);
         self.drain()
     }
 

@@ -2,8 +2,8 @@
 
 use canopen::row::{bool, f32, i8, i16, i32, text, u8, u16, u32};
 use canopen::{
-    AcknowledgeData, Device, Dialect, Dictionary, Group, RangeAbort, Row, RpdoSync, UploadReply,
-    dictionary,
+    AcknowledgeData, Device, Dialect, Dictionary, Group, RangeAbort, Row, RpdoSync, SdoTransfers,
+    UploadReply, dictionary,
 };
 
 /// Class of change of 0x2000,1.
@@ -100,6 +100,7 @@ const PDOS: &[Row] = &[
     pdo_cob_id(0x1800, 0x180),
     pdo_type(0x1800),
     u16(0x1800, 3, "Inhibit time").rw().unit("100us"),
+    u16(0x1800, 5, "Event timer").rw().unit("ms"),
     pdo_cob_id(0x1801, 0x280),
     pdo_type(0x1801),
     pdo_cob_id(0x1802, 0x380),
@@ -206,6 +207,21 @@ pub const IMAGE_BYTES: usize = OBJECTS_CONST.image_bytes();
 /// Plain CiA 301.
 pub static STANDARD: Device = Device::new(&OBJECTS, Dialect::STANDARD);
 
+/// CiA 301 with the least of everything: expedited SDO, PDOs by SYNC or at once, 11 bits.
+pub static BASIC: Device = Device::new(
+    &OBJECTS,
+    Dialect {
+        sdo: SdoTransfers::Expedited,
+        pdo_events: false,
+        emcy_inhibit: false,
+        produces_sync: false,
+        remote_requests: false,
+        extended_identifiers: false,
+        lss: false,
+        ..Dialect::STANDARD
+    },
+);
+
 /// Every setting as the P3 has it.
 pub static P3_LIKE: Device = Device::new(
     &OBJECTS,
@@ -213,10 +229,17 @@ pub static P3_LIKE: Device = Device::new(
         short_requests: true,
         upload_reply: UploadReply::Unsized,
         acknowledge_data: AcknowledgeData::Zeros,
+        sdo: SdoTransfers::Expedited,
         range_abort: RangeAbort::Invalid,
         reconfigure_while_valid: true,
         rpdo_sync: RpdoSync::Nth,
         tpdo_type_0_is_cyclic: true,
+        pdo_events: false,
+        emcy_inhibit: false,
+        produces_sync: false,
+        remote_requests: false,
+        extended_identifiers: false,
+        lss: false,
         tpdo_in_pre_operational: true,
         boots_to_operational: true,
         history_clearable: false,

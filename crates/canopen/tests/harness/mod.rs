@@ -11,4 +11,4 @@ pub mod devices;
 pub mod script;
 
 pub use bench::{Bench, ID, Recorder};
-pub use devices::{P3_LIKE, STANDARD};
+pub use devices::{BASIC, P3_LIKE, STANDARD};

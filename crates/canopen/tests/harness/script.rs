@@ -11,7 +11,7 @@ use canopen::{
     Verdict,
 };
 
-use super::devices::{IMAGE_BYTES, OBJECTS_CONST, P3_LIKE, STANDARD};
+use super::devices::{BASIC, IMAGE_BYTES, OBJECTS_CONST, P3_LIKE};
 
 /// Node ID of the scripts' node.
 pub const ID: u8 = 5;
@@ -146,7 +146,7 @@ fn step(table: &Table, id: u8, input: &mut &[u8]) -> Option<Step> {
 
 fn mapping_entry(row: &canopen::Row) -> [u8; 4] {
     let [low, high] = row.address.index.to_le_bytes();
-    [row.data_type.size() * 8, row.address.sub, low, high]
+    [row.data_type.bits(), row.address.sub, low, high]
 }
 
 /// Runs a whole script and takes what is left to send.
@@ -157,7 +157,7 @@ pub fn run(input: &[u8]) {
     let Some((first, rest)) = input.split_first() else {
         return;
     };
-    let device = if first & 1 == 0 { &STANDARD } else { &P3_LIKE };
+    let device = if first & 1 == 0 { &BASIC } else { &P3_LIKE };
     let mut world = World::new(device);
     if first & 2 != 0 {
         world.act(Step::Receive(Frame::classic(
@@ -234,12 +234,14 @@ impl World {
             }
             Step::Wait { ns } => {
                 self.now = self.now.plus_ns(ns);
-                self.node.poll(self.now);
+                self.node.poll(self.now, &mut self.owner);
                 self.check_deadline();
             }
             Step::Poll => self.spurious_poll(),
-            Step::Announce { code, register } => self.node.announce(code, register, [0; 5]),
-            Step::Complete(result) => self.node.complete(result),
+            Step::Announce { code, register } => {
+                self.node.announce(code, register, [0; 5], self.now)
+            }
+            Step::Complete(result) => self.node.complete(result, self.now),
             Step::TakeOne => {
                 self.take();
             }
@@ -254,7 +256,7 @@ impl World {
             }
             Step::Judge(verdict) => self.owner.0 = verdict,
             Step::Restart => {
-                self.node.restart_communication(&[]);
+                self.node.restart_communication(&[], self.node.id());
                 assert_eq!(self.node.state(), NmtState::Initialising);
                 self.node.start(self.now);
             }
@@ -263,14 +265,14 @@ impl World {
 
     /// An early poll, and a second one at the same time, change nothing.
     fn spurious_poll(&mut self) {
-        self.node.poll(self.now);
+        self.node.poll(self.now, &mut self.owner);
         let before = (
             self.node.next_deadline(),
             self.node.is_silent(),
             self.node.state(),
             self.node.lost_transmissions(),
         );
-        self.node.poll(self.now);
+        self.node.poll(self.now, &mut self.owner);
         let after = (
             self.node.next_deadline(),
             self.node.is_silent(),
@@ -295,7 +297,7 @@ impl World {
     /// Takes a frame and checks that this node may send it now.
     fn take(&mut self) -> bool {
         let silent = self.node.is_silent();
-        let Some(frame) = self.node.transmit() else {
+        let Some(frame) = self.node.transmit(&mut self.owner) else {
             assert!(silent, "silent without saying so");
             return false;
         };
@@ -351,7 +353,7 @@ impl World {
             let bits: u32 = entries[..count].iter().map(|entry| entry & 0xFF).sum();
             !cob_id.is_off()
                 && u32::from(cob_id.id()) == frame.raw_id()
-                && u32::from(frame.len()) * 8 == bits
+                && u32::from(frame.len()) == bits.div_ceil(8)
                 && bits != 0
         })
     }
@@ -414,7 +416,7 @@ impl World {
                 .table
                 .find((entry >> 16) as u16, (entry >> 8) as u8)
                 .expect("a mapped object exists");
-            assert_eq!(entry & 0xFF, u32::from(object.field.size()) * 8);
+            assert_eq!(entry & 0xFF, u32::from(object.field.data_type().bits()));
             assert!(if transmit {
                 object.maps_tpdo()
             } else {

@@ -279,7 +279,7 @@ impl Nodes {
 
     fn collect(&mut self) {
         for drive in &mut self.drives {
-            while let Some(frame) = drive.node.transmit() {
+            while let Some(frame) = drive.node.transmit(&mut drive.app) {
                 let last = self.coming.back().map_or(self.now, |(at, _)| *at);
                 self.coming
                     .push_back((last.max(self.now).plus_us(100), frame));
@@ -326,7 +326,9 @@ impl Link for Nodes {
                 match drive.boots_at {
                     Some(at) if at <= now => drive.boot(now),
                     Some(_) => {}
-                    None => drive.node.poll(now),
+                    None => {
+                        drive.node.poll(now, &mut drive.app);
+                    }
                 }
             }
             self.collect();

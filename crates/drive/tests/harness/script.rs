@@ -160,7 +160,7 @@ impl World {
             }),
             Step::Complete(result) => {
                 if core::mem::take(&mut self.pending) {
-                    self.drive.store_done(result);
+                    self.drive.store_done(result, self.now);
                 }
             }
             Step::TakeOne => {

@@ -7,7 +7,9 @@ mod communication;
 mod faults;
 mod motion;
 
-use canopen::{AcknowledgeData, Address, Dictionary, RangeAbort, Row, RpdoSync, UploadReply};
+use canopen::{
+    AcknowledgeData, Address, Dictionary, RangeAbort, Row, RpdoSync, SdoTransfers, UploadReply,
+};
 use canopen::{Device, dictionary};
 use cia402::{Mode, ModeSet};
 
@@ -40,10 +42,17 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     short_requests: true,                     // P1, P55
     upload_reply: UploadReply::Unsized,       // P2
     acknowledge_data: AcknowledgeData::Zeros, // J1
+    sdo: SdoTransfers::Expedited,             // l.166, l.167
     range_abort: RangeAbort::Invalid,         // P27
     reconfigure_while_valid: true,            // P49
     rpdo_sync: RpdoSync::Nth,                 // P50
     tpdo_type_0_is_cyclic: true,              // P13
+    pdo_events: false,                        // P51
+    emcy_inhibit: false,                      // stored without effect
+    produces_sync: false,                     // 0x1006 is read only
+    remote_requests: false,                   // l.174
+    extended_identifiers: false,              // l.178
+    lss: false,                               // not mentioned
     tpdo_in_pre_operational: true,            // P14
     boots_to_operational: true,               // l.346, P33
     history_clearable: false,                 // P40
