@@ -55,6 +55,7 @@ pub const CIA402: cia402::Dialect = cia402::Dialect {
     modes_only_when_enabled: true,        // P10
     mode_display_cleared_on_enable: true, // P10
     ramps_on_stop: false,                 // P12, l.185
+    halt_bit: false,                      // P42
     remote_bit: false,                    // P42
     // The feature list's modes (P11); homing and modes 11 and 12 are not built yet.
     modes: ModeSet::EMPTY
