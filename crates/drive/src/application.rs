@@ -286,6 +286,7 @@ impl Owner for Application {
         if self.personality.presets_position == Some(object) {
             let position = raw as i32;
             self.new_position = Some(position);
+            self.faults.position_renamed();
             self.axis
                 .preset_position(position.wrapping_sub(self.feedback.position));
             return Verdict::Done;

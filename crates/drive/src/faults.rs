@@ -7,7 +7,7 @@ use personalities::{Cause, FaultRow, Kind, Personality, States, Switch};
 
 use crate::configuration::value;
 
-/// Counts within a millisecond beyond which a position has been renamed, not moved.
+/// Counts within a millisecond beyond which a position has not moved but got another sign (0x607E).
 const RENAMED: u32 = 1 << 20;
 
 /// What the host knows of the drive's health and the drive cannot measure: each is an event.
@@ -77,6 +77,8 @@ pub(crate) struct FaultManager {
     cleared: u64,
     /// The position at the last tick, counts.
     position: Option<i32>,
+    /// Ticks until the control half shows a position by its new name.
+    renaming: u8,
     /// The last SYNC, or when the time-out was switched on.
     sync_since: Option<Instant>,
     supply_high_since: Option<Instant>,
@@ -93,6 +95,7 @@ impl FaultManager {
             raised: 0,
             cleared: 0,
             position: None,
+            renaming: 0,
             sync_since: None,
             supply_high_since: None,
             supply_low_since: None,
@@ -116,6 +119,11 @@ impl FaultManager {
             sync_length: before.sync_length || now.sync_length,
             ..now
         };
+    }
+
+    /// The actual position gets another name, which is no motion.
+    pub(crate) fn position_renamed(&mut self) {
+        self.renaming = 2;
     }
 
     /// A SYNC was received.
@@ -301,7 +309,9 @@ impl FaultManager {
             Cause::NegativeSoftStop => conditions.below_least_position,
             Cause::PositionWrapped => {
                 let before = self.position.replace(feedback.position);
-                before.is_some_and(|before| wrapped(before, feedback.position))
+                let renaming = self.renaming > 0;
+                self.renaming = self.renaming.saturating_sub(1);
+                !renaming && before.is_some_and(|before| wrapped(before, feedback.position))
             }
             Cause::HeartbeatLost => self.communication.heartbeat_lost,
             Cause::RpdoTimeout => self.communication.rpdo_timeout,
@@ -331,7 +341,7 @@ fn is_possible(image: &Image<'_>, switch: Switch) -> bool {
     }
 }
 
-/// Whether a position has gone beyond the end of its 32 bits. One that was renamed has not.
+/// Whether a position has gone beyond the end of its 32 bits.
 fn wrapped(before: i32, now: i32) -> bool {
     let moved = now.wrapping_sub(before);
     before.checked_add(moved).is_none() && moved.unsigned_abs() < RENAMED
