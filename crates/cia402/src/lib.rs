@@ -11,8 +11,8 @@
 //! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
 //! (the trapezoid), then the modes one by one, then [`Axis`], which ties them together.
 //!
-//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, the
-//! option codes 0x605B, 0x605C and 0x605E, and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
+//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, the option
+//! codes 0x605B, 0x605C and 0x605E, and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
 //! 0x6502 follows from it.
 #![no_std]
 #![cfg_attr(
