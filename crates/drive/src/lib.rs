@@ -31,5 +31,5 @@ mod publish;
 
 pub use comms::{Comms, Request};
 pub use drive::{Drive, Hardware};
-pub use faults::Health;
+pub use faults::{CommunicationErrors, Health};
 pub use parameters::{ParameterError, PwmTiming};
