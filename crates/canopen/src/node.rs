@@ -51,6 +51,8 @@ pub struct Node<M> {
     /// The server that uses the room where strings are gathered.
     pub(crate) gathering: Option<u8>,
     pub(crate) rpdo: [Rpdo; PDOS],
+    /// A receive PDO may hold data for a SYNC.
+    pub(crate) rpdo_waits: bool,
     pub(crate) tpdo: [Tpdo; PDOS],
     /// A transmit PDO is sent by events.
     pub(crate) has_event_pdos: bool,
@@ -85,6 +87,7 @@ impl<M: NodeMemory> Node<M> {
             waiting: None,
             gathering: None,
             rpdo: [Rpdo::OFF; PDOS],
+            rpdo_waits: false,
             tpdo: [Tpdo::OFF; PDOS],
             has_event_pdos: false,
             emergencies: EmergencyQueue::EMPTY,
@@ -322,6 +325,9 @@ impl<M: NodeMemory> Node<M> {
         self.rare_frame(slot, key, owner)
     }
 
+    // Kept out of the way of the others, which need no registers saved for it.
+    #[cold]
+    #[inline(never)]
     fn rare_frame<O: Owner>(&mut self, slot: Slot, key: u32, owner: &mut O) -> Option<Frame> {
         Some(match slot {
             Slot::Sdo(n) => Frame::keyed(key, self.next_segment(n, owner), 8),

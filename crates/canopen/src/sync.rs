@@ -3,7 +3,6 @@
 use can::Frame;
 
 use crate::outbox::Slot;
-use crate::pdo::Rpdo;
 use crate::{CobId, CommunicationErrors, Events, Instant, NmtState, Node, NodeMemory, Owner, PDOS};
 
 /// Which frames are SYNCs, and when this node sends one.
@@ -133,6 +132,21 @@ impl<M: NodeMemory> Node<M> {
         self.synchronise(now, owner, events);
     }
 
+    /// Applies the receive PDOs whose SYNC this is. Outside operational none waits.
+    fn apply_buffered<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
+        self.rpdo_waits = false;
+        for n in 0..PDOS {
+            let Some(rpdo) = self.rpdo.get_mut(n) else {
+                return;
+            };
+            let due = rpdo.sync();
+            self.rpdo_waits |= rpdo.waits();
+            if let Some(data) = due {
+                self.apply(n, data, now, owner, events);
+            }
+        }
+    }
+
     /// Whether a SYNC is as long as 0x1019 says. Then begins with it what depends on its counter.
     fn judge_sync_frame(&mut self, frame: &Frame, now: Instant, events: &mut Events) -> bool {
         let is_good = self.sync.accepts(frame.len());
@@ -146,20 +160,10 @@ impl<M: NodeMemory> Node<M> {
 
     /// Does what a SYNC asks for: applies receive PDOs, samples transmit PDOs.
     #[inline]
-    fn synchronise<O: Owner>(
-        &mut self,
-        now: Instant,
-        owner: &mut O,
-        events: &mut Events,
-    ) {
+    fn synchronise<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
         events.sync = true;
-        if self.state == NmtState::Operational {
-            for n in 0..PDOS {
-                let due = self.rpdo.get_mut(n).and_then(Rpdo::sync);
-                if let Some(data) = due {
-                    self.apply(n, data, now, owner, events);
-                }
-            }
+        if self.rpdo_waits {
+            self.apply_buffered(now, owner, events);
         }
         if self.sends_pdos(self.state) {
             self.sample_with_sync(owner);

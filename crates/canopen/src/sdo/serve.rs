@@ -20,12 +20,7 @@ impl<M: NodeMemory> Node<M> {
     /// Answers the upload of a number at once, which is what masters ask for all day; whether that
     /// is what the frame asks, of an idle server. If not, it is for [`Node::serve`].
     #[inline]
-    pub(crate) fn upload_at_once<O: Owner>(
-        &mut self,
-        n: u8,
-        frame: &Frame,
-        owner: &mut O,
-    ) -> bool {
+    pub(crate) fn upload_at_once<O: Owner>(&mut self, n: u8, frame: &Frame, owner: &mut O) -> bool {
         let [command, index_low, index_high, sub, ..] = frame.bytes();
         let may = self.server(n).is_idle() && self.answers_sdo();
         if !may || command >> 5 != 2 || frame.len() != 8 {
