@@ -29,6 +29,7 @@ pub mod dictionary;
 mod emergency;
 mod heartbeat;
 mod image;
+pub mod lss;
 pub mod nmt;
 mod node;
 mod outbox;
