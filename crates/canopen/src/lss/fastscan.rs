@@ -38,13 +38,22 @@ impl Known {
 /// How a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScanEnd {
-    /// This device was found, and is in state configuration now.
+    /// This device was found, and is in state configuration now. Where frames were lost, devices
+    /// that missed the beginning can have added numbers of theirs: a device that answers
+    /// [`super::Job::Select`] is one that is there.
     Found(Identity),
     /// No unconfigured device is there.
     Nobody,
-    /// Devices are there, but none has this number as it was known or found out. Frames were lost,
-    /// or nobody is what [`Known`] says.
-    Lost(Part),
+    /// Devices are there, but none answered to this number as it was known or found out. Frames
+    /// were lost, or nobody is what [`Known`] says.
+    Lost {
+        /// Which number.
+        part: Part,
+        /// The numbers up to this one as they were known or found out. If `part` is the serial
+        /// number, a device may have this identity and be in state configuration, for its last
+        /// answer can have been the frame that was lost.
+        tried: Identity,
+    },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +128,12 @@ impl Scan {
         self.asked = self.asked.saturating_add(1);
         match (self.question, somebody) {
             (Question::Reset, false) => return Some(ScanEnd::Nobody),
-            (Question::Confirm, false) => return Some(ScanEnd::Lost(self.part)),
+            (Question::Confirm, false) => {
+                return Some(ScanEnd::Lost {
+                    part: self.part,
+                    tried: self.found,
+                });
+            }
             (Question::Reset, true) => self.begin(Part::Vendor),
             (Question::Bit(bit), somebody) => {
                 if !somebody {
