@@ -3,6 +3,8 @@
 use super::{Identity, Part, Request, Test};
 
 /// What is known of the device that is looked for. A known number costs one question instead of 33.
+/// A number that is known behind one that is not does not help to find: the scan follows the lowest
+/// of the unknown number, and the device with the known one may be another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
     /// Vendor ID.
