@@ -51,6 +51,8 @@ numbers in another order select nobody | 05 | 41 08 07 06 05, 40 04 03 02 01, 42
 a number that is missing selects nobody | 05 | 40 04 03 02 01, 41 08 07 06 05, 43 10 0F 0E 0D, 5E
 a number that CAN delivers twice counts once | 05 | 40 04 03 02 01, 41 08 07 06 05,
     41 08 07 06 05, 42 0C 0B 0A 09, 43 10 0F 0E 0D = 44
+a number out of turn ends the row | 05 | 40 04 03 02 01, 41 08 07 06 05, 42 0C 0B 0A 09,
+    41 08 07 06 05, 42 0C 0B 0A 09, 43 10 0F 0E 0D
 the first number begins anew | 05 | 40 04 03 02 01, 41 08 07 06 05, 40 04 03 02 01,
     42 0C 0B 0A 09, 43 10 0F 0E 0D
 switch global to waiting forgets the numbers | 05 | 40 04 03 02 01, 41 08 07 06 05,

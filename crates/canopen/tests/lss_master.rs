@@ -253,6 +253,51 @@ fn jobs_of_a_master() {
     assert_eq!(here.run(job), expected);
 }
 
+/// Each request is made as often as the settings say; a sequence is repeated as a whole.
+#[test]
+fn attempts() {
+    let low = IDENTITY;
+    for attempts in 0..=4 {
+        let settings = Settings { attempts, ..QUICK };
+        let times = u64::from(attempts.max(1));
+        for (job, outcome, attempt_ms) in [
+            (Job::Select(IDENTITY), Outcome::TimedOut, 14),
+            (Job::InquireNodeId, Outcome::TimedOut, 10),
+            (Job::Store, Outcome::TimedOut, 100),
+            (
+                Job::Identify { low, high: low },
+                Outcome::Present(false),
+                10,
+            ),
+            (
+                Job::Fastscan(Known::NOTHING),
+                Outcome::Scanned(ScanEnd::Nobody),
+                5,
+            ),
+        ] {
+            let mut nobody = Wire::of(&[], settings);
+            assert_eq!(nobody.run(job), (outcome, attempt_ms * times), "{job:?}");
+        }
+    }
+    // Every other delivery of a request is lost: the first of each.
+    let address = Part::ALL.map(|part| IDENTITY.get(part));
+    let mut wire = Wire::of(
+        &[(address, 5)],
+        Settings {
+            attempts: 2,
+            ..QUICK
+        },
+    );
+    wire.run(Job::Switch(State::Configuration));
+    let mut count = 0;
+    let outcome = wire.run_losing(Job::InquireIdentity, &mut || {
+        count += 1;
+        // Request lost; request and answer arrive.
+        count % 3 == 1
+    });
+    assert_eq!(outcome, (Outcome::Identity(IDENTITY), 40));
+}
+
 /// One job at a time, and one that is given up leaves nothing behind.
 #[test]
 fn a_busy_master() {
