@@ -2,8 +2,8 @@
 
 use can::Frame;
 
-use super::Part;
 use super::request::bytes;
+use super::{Part, UNCONFIGURED};
 
 /// Identifier of all answers.
 const COB_ID: u16 = 0x7E4;
@@ -131,5 +131,24 @@ impl Answer {
     /// The frame.
     pub fn frame(self) -> Frame {
         Frame::classic(COB_ID, self.to_bytes(), 8)
+    }
+}
+
+/// In words, for traces.
+impl core::fmt::Display for Answer {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let done = match self {
+            Answer::Selected => "selected",
+            Answer::Done(Service::ConfigureNodeId) => "node ID configured",
+            Answer::Done(Service::ConfigureBitTiming) => "bit timing configured",
+            Answer::Done(Service::Store) => "configuration stored",
+            Answer::Refused(refusal) => return write!(f, "refused, {refusal}"),
+            Answer::Identified => "identified",
+            Answer::NonConfigured => "has no node ID",
+            Answer::Identity(part, number) => return write!(f, "{part} 0x{number:08X}"),
+            Answer::NodeId(UNCONFIGURED) => "no node ID",
+            Answer::NodeId(id) => return write!(f, "node ID {id}"),
+        };
+        f.write_str(done)
     }
 }

@@ -2,7 +2,7 @@
 
 use can::Frame;
 
-use super::{Part, State};
+use super::{BitTiming, Part, State};
 use crate::NodeId;
 
 /// The node ID of an unconfigured device.
@@ -221,6 +221,60 @@ impl Request {
     /// The frame.
     pub fn frame(self) -> Frame {
         Frame::classic(COB_ID, self.to_bytes(), 8)
+    }
+}
+
+/// In words, for traces.
+impl core::fmt::Display for Request {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Request::SwitchGlobal(State::Waiting) => f.write_str("switch all to waiting"),
+            Request::SwitchGlobal(State::Configuration) => {
+                f.write_str("switch all to configuration")
+            }
+            Request::SwitchSelective(part, number) => write!(f, "select {part} 0x{number:08X}"),
+            Request::ConfigureNodeId(UNCONFIGURED) => f.write_str("configure no node ID"),
+            Request::ConfigureNodeId(id) => write!(f, "configure node ID {id}"),
+            Request::ConfigureBitTiming { table, index } => {
+                match BitTiming::from_index(*index).filter(|_| *table == 0) {
+                    Some(timing) => write!(f, "configure {timing}"),
+                    None => write!(f, "configure bit timing {index} of table {table}"),
+                }
+            }
+            Request::ActivateBitTiming { delay_ms } => {
+                write!(f, "activate bit timing after {delay_ms} ms")
+            }
+            Request::Store => f.write_str("store configuration"),
+            Request::InquireIdentity(part) => write!(f, "inquire {part}"),
+            Request::InquireNodeId => f.write_str("inquire node ID"),
+            Request::Identify(bound, number) => {
+                let bound = match bound {
+                    Bound::Vendor => "vendor ID",
+                    Bound::Product => "product code",
+                    Bound::RevisionLow => "revision number from",
+                    Bound::RevisionHigh => "revision number to",
+                    Bound::SerialLow => "serial number from",
+                    Bound::SerialHigh => "serial number to",
+                };
+                write!(f, "identify {bound} 0x{number:08X}")
+            }
+            Request::IdentifyNonConfigured => f.write_str("identify devices without a node ID"),
+            Request::Fastscan {
+                test: Test::Reset, ..
+            } => f.write_str("fastscan begins"),
+            Request::Fastscan {
+                number,
+                test: Test::Bits { bit },
+                sub,
+                next,
+            } => {
+                write!(f, "fastscan {sub} 0x{number:08X} from bit {bit}")?;
+                match next == sub {
+                    true => Ok(()),
+                    false => write!(f, ", next {next}"),
+                }
+            }
+        }
     }
 }
 
