@@ -33,13 +33,15 @@ def directory() -> Path:
 
 
 class Simulation:
-    """Virtual drives behind a socketcand and an slcan door, recorded to `log`."""
+    """Virtual drives behind a socketcand and an slcan door, recorded to `log`; `options` are more
+    words for `servobus sim`.
+    """
 
-    def __init__(self, nodes: str, log: Path, drive: str = "p3"):
+    def __init__(self, nodes: str, log: Path, *options: str, drive: str = "p3"):
         self.log = log
         self._stderr = open(log.with_suffix(".stderr.txt"), "wb")
         command = [servobus(), "sim", "--drive", drive, "--nodes", nodes, "--record", str(log)]
-        command += ["--bus", "socketcand://127.0.0.1:0", "--bus", "slcan://127.0.0.1:0"]
+        command += [*options, "--bus", "socketcand://127.0.0.1:0", "--bus", "slcan://127.0.0.1:0"]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._stderr)
         self._lines = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{monitor, nmt, od, play, replay, scan, sdo, sim};
+use commands::{lss, monitor, nmt, od, play, replay, scan, sdo, sim};
 pub(crate) use failure::Failure;
 
 /// Virtual CiA 402 servo drives on a CAN bus, and a tool to find, read, operate and test such drives.
@@ -51,6 +51,7 @@ enum Command {
     Scan(scan::Arguments),
     Sdo(sdo::Arguments),
     Nmt(nmt::Arguments),
+    Lss(lss::Arguments),
     Monitor(monitor::Arguments),
     Od(od::Arguments),
     Play(play::Arguments),
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(arguments),
         Command::Sdo(arguments) => sdo::run(arguments),
         Command::Nmt(arguments) => nmt::run(arguments),
+        Command::Lss(arguments) => lss::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
         Command::Play(arguments) => play::run(arguments),

@@ -13,6 +13,7 @@ mod block_on;
 mod client;
 pub mod decode;
 mod link;
+pub mod lss;
 mod nmt;
 pub mod pdo;
 pub mod scan;

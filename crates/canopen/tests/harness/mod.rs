@@ -8,6 +8,7 @@
 
 mod bench;
 pub mod devices;
+pub mod lss;
 pub mod script;
 
 pub use bench::{Bench, ID, Recorder};
