@@ -11,6 +11,7 @@
 mod bus;
 mod controller;
 mod drive;
+mod flash;
 mod fleet;
 mod gateway;
 mod latency;
@@ -24,6 +25,7 @@ mod store;
 
 pub use bus::{Bus, BusSettings};
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
+pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use fleet::run_fleet;
 pub use link::VirtualLink;
 pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
