@@ -567,6 +567,17 @@ fn one_damaged_bit_costs_at_most_the_newest_program() {
     assert_eq!(fell_back, 8 * 180);
 }
 
+/// A record speaks for the image that it was written for, and for no other whole one.
+#[test]
+fn a_record_does_not_speak_for_another_image() {
+    let (mut flash, banks, _) = prepared::<4, 256>(SMALL_BANK, 2, 100);
+    let bytes = flash.bytes_mut();
+    let bank = SMALL_BANK as usize;
+    bytes.copy_within(bank + 64..2 * bank, 64);
+    assert!(banks.program(&mut flash, Bank::Second).unwrap().is_some());
+    assert_eq!(banks.program(&mut flash, Bank::First), Ok(None));
+}
+
 #[test]
 fn layouts_that_cannot_be() {
     let flash = Small::new(4096);
@@ -597,6 +608,8 @@ fn layouts_that_cannot_be() {
 enum Act {
     Control(u8),
     Erase,
+    /// Stop, clear, and as many sectors as it takes.
+    Clear,
     Begin(Option<u32>),
     Write(usize, bool),
     Finish,
@@ -609,7 +622,8 @@ fn act() -> impl Strategy<Value = Act> {
     prop_oneof![
         4 => (0..5u8).prop_map(Act::Control),
         2 => Just(Act::Control(3)),
-        9 => Just(Act::Erase),
+        3 => Just(Act::Erase),
+        4 => Just(Act::Clear),
         3 => prop_oneof![Just(None), Just(Some(214)), (0..2000u32).prop_map(Some)].prop_map(Act::Begin),
         6 => (1..300usize, prop::bool::weighted(0.03)).prop_map(|(n, damage)| Act::Write(n, damage)),
         3 => Just(Act::Finish),
@@ -621,7 +635,7 @@ fn act() -> impl Strategy<Value = Act> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 3000,
+        cases: 2000,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]
@@ -648,6 +662,13 @@ proptest! {
                 }
                 Act::Erase => {
                     let _ = store.erase_sector(&mut flash);
+                }
+                Act::Clear => {
+                    let _ = store.control(0);
+                    if store.control(3) == Ok(Action::Clear) {
+                        next.clone_from(&running);
+                    }
+                    while store.erase_sector(&mut flash) == Ok(true) {}
                 }
                 Act::Begin(bytes) => {
                     if store.begin(bytes).is_ok() {
