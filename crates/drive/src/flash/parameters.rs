@@ -2,7 +2,6 @@
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
-use super::region::CHUNK_BYTES;
 use super::slot::{self, Set, Slot, SlotState};
 use super::{FlashError, LayoutError, Region};
 
@@ -23,8 +22,11 @@ pub struct Loaded {
     /// The newest whole set; `None` if nothing was ever stored.
     pub set: Option<Set>,
     /// What the other slot holds. [`SlotState::Broken`] is a save that the power cut short, or
-    /// damage to the newest set, in whose place the one before was taken; nothing can tell which.
+    /// damage.
     pub other: SlotState,
+    /// The other slot held a newer set, stored to the end, and is damaged now: `set` is the one
+    /// before it. A power cut alone never makes this true.
+    pub lost: bool,
 }
 
 /// Why there is no set.
@@ -148,16 +150,21 @@ impl ParameterFlash {
     pub fn find<F: ReadNorFlash>(&self, flash: &mut F) -> Result<Loaded, LoadError> {
         let first = self.look(flash, Slot::First)?;
         let second = self.look(flash, Slot::Second)?;
-        let loaded = |set, other| Ok(Loaded { set, other });
-        match (first.set(), second.set()) {
-            (Some(set), Some(later)) if later.is_after(&set) => loaded(Some(later), first),
-            (Some(set), _) => loaded(Some(set), second),
-            (None, Some(set)) => loaded(Some(set), first),
-            (None, None) if first == SlotState::Formatting => loaded(None, second),
-            (None, None) if second == SlotState::Formatting => loaded(None, first),
-            (None, None) if first == SlotState::Blank && second == first => loaded(None, second),
-            (None, None) => Err(LoadError::Damaged),
-        }
+        let (set, other) = match (first.set(), second.set()) {
+            (Some(set), Some(later)) if later.is_after(&set) => (Some(later), first),
+            (Some(set), _) => (Some(set), second),
+            (None, Some(set)) => (Some(set), first),
+            (None, None) if first == SlotState::Formatting => (None, second),
+            (None, None) if first == SlotState::Blank && second == first => (None, second),
+            (None, None) => return Err(LoadError::Damaged),
+        };
+        let lost = match set {
+            Some(set) if other == SlotState::Broken => {
+                slot::is_marked(flash, self.region(set.slot))?
+            }
+            _ => false,
+        };
+        Ok(Loaded { set, other, lost })
     }
 
     /// Reads the newest whole set into `out`.
@@ -180,7 +187,7 @@ impl ParameterFlash {
         let bytes = usize::try_from(set.bytes).map_err(|_| full)?;
         let mut rest = out.get_mut(..bytes).ok_or(full)?;
         let region = self.region(set.slot);
-        region.read_through(flash, CHUNK_BYTES, set.bytes, |piece| {
+        slot::read(flash, region, set.bytes, |piece| {
             let here = core::mem::take(&mut rest);
             if let Some((place, after)) = here.split_at_mut_checked(piece.len()) {
                 place.copy_from_slice(piece);
@@ -194,7 +201,7 @@ impl ParameterFlash {
     /// the flash takes. A save over two damaged slots makes the first of them whole.
     ///
     /// # Errors
-    /// [`SaveError`]; the newest set that was there is still there.
+    /// [`SaveError`]; the newest whole set is the one that it was before, or this one.
     pub fn save<F: NorFlash>(&self, flash: &mut F, set: &[u8]) -> Result<Set, SaveError> {
         let capacity = self.capacity();
         let bytes = match u32::try_from(set.len()) {
@@ -204,39 +211,49 @@ impl ParameterFlash {
                 return Err(SaveError::TooLong { bytes, capacity });
             }
         };
-        let (slot, sequence) = self.next(flash)?;
+        let before = self.ready(flash)?;
+        let (slot, sequence) = match before {
+            Before::Set(set) => (set.slot.other(), set.sequence.wrapping_add(1)),
+            Before::Formatting => (Slot::Second, 1),
+            Before::Damaged => (Slot::First, 1),
+        };
         slot::write(flash, self.region(slot), sequence, set)?;
         let written = Set {
             slot,
             sequence,
             bytes,
         };
-        match self.look(flash, slot)? {
-            SlotState::Whole(kept) if kept == written => Ok(written),
-            _ => Err(SaveError::NotKept(slot)),
+        if self.look(flash, slot)? != SlotState::Whole(written) {
+            return Err(SaveError::NotKept(slot));
         }
+        if let Before::Set(set) = before {
+            slot::mark(flash, self.region(set.slot))?;
+        }
+        Ok(written)
     }
 
-    /// Where the next set goes and its sequence number. A new flash is made ready: one slot gets
-    /// the empty set, so that a first save that is cut short is no damage.
-    fn next<F: NorFlash>(&self, flash: &mut F) -> Result<(Slot, u32), FlashError> {
-        let found = match self.find(flash) {
-            Ok(found) => found,
-            Err(LoadError::Flash(error)) => return Err(error),
-            Err(LoadError::Damaged | LoadError::Full { .. }) => return Ok((Slot::First, 1)),
-        };
-        if let Some(set) = found.set {
-            return Ok((set.slot.other(), set.sequence.wrapping_add(1)));
-        }
-        let first = self.look(flash, Slot::First)?;
-        let second = self.look(flash, Slot::Second)?;
-        match (first, second) {
-            (_, SlotState::Formatting) if first != SlotState::Formatting => Ok((Slot::First, 1)),
-            (SlotState::Formatting, _) => Ok((Slot::Second, 1)),
-            _ => {
-                slot::format(flash, self.first)?;
-                Ok((Slot::Second, 1))
+    /// What a save follows. A new flash is made ready: the first slot gets the empty set, so that a
+    /// first save that is cut short is no damage.
+    fn ready<F: NorFlash>(&self, flash: &mut F) -> Result<Before, FlashError> {
+        match self.find(flash) {
+            Ok(Loaded { set: Some(set), .. }) => Ok(Before::Set(set)),
+            Ok(Loaded { .. }) if self.look(flash, Slot::First)? == SlotState::Formatting => {
+                Ok(Before::Formatting)
             }
+            Ok(Loaded { .. }) => slot::format(flash, self.first).map(Before::Set),
+            Err(LoadError::Flash(error)) => Err(error),
+            Err(LoadError::Damaged | LoadError::Full { .. }) => Ok(Before::Damaged),
         }
     }
+}
+
+/// What a save follows.
+#[derive(Clone, Copy, Debug)]
+enum Before {
+    /// The newest whole set.
+    Set(Set),
+    /// The flash was not made ready to the end; nothing was ever stored.
+    Formatting,
+    /// No whole set.
+    Damaged,
 }

@@ -1,8 +1,9 @@
 //! One of the two slots for parameters: a header and the set behind it.
 //!
 //! Layout: `SBS1`, sequence number, length of the set in bytes, CRC-32 of the twelve bytes before
-//! and the set, all little-endian UNSIGNED32; the set begins at byte [`CHUNK`]. The header is
-//! written last, so a slot that was not written to its end does not check.
+//! and the set, all little-endian UNSIGNED32. The header is written last, so a slot that was not
+//! written to its end does not check. The second chunk is a mark: unless it is erased, the other slot
+//! was written to its end after this one. The set begins in the third chunk.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
@@ -11,6 +12,8 @@ use super::{CHUNK, Checksum, FlashError, Region};
 
 const MAGIC: [u8; 4] = *b"SBS1";
 const HEADER: usize = 16;
+const MARK_AT: u32 = CHUNK_BYTES;
+const BODY_AT: u32 = 2 * CHUNK_BYTES;
 
 /// Which slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +127,7 @@ fn fields(header: &[u8; HEADER]) -> Option<(u32, u32, u32)> {
 
 /// The longest set that a slot in `region` takes, bytes.
 pub(crate) const fn capacity(region: Region) -> u32 {
-    region.bytes.saturating_sub(CHUNK_BYTES)
+    region.bytes.saturating_sub(BODY_AT)
 }
 
 /// What the slot in `region` holds.
@@ -141,7 +144,7 @@ pub(crate) fn look<F: ReadNorFlash>(
         && bytes <= capacity(region)
     {
         let mut sum = Checksum::of(&start(sequence, bytes));
-        region.read_through(flash, CHUNK_BYTES, bytes, |piece| sum = sum.and(piece))?;
+        region.read_through(flash, BODY_AT, bytes, |piece| sum = sum.and(piece))?;
         if sum.value() == stored {
             return Ok(SlotState::Whole(Set {
                 slot,
@@ -171,9 +174,40 @@ fn is_part_of_first(head: &[u8; CHUNK]) -> bool {
 /// The sequence number of the empty set that makes a new flash ready.
 const FIRST_SEQUENCE: u32 = 0;
 
-/// Writes the empty set into a blank slot.
-pub(crate) fn format<F: NorFlash>(flash: &mut F, region: Region) -> Result<(), FlashError> {
-    region.write(flash, 0, &header(FIRST_SEQUENCE, &[]))
+/// Whether the slot in `region` is marked: a newer set was stored beside it.
+pub(crate) fn is_marked<F: ReadNorFlash>(
+    flash: &mut F,
+    region: Region,
+) -> Result<bool, FlashError> {
+    Ok(region.read(flash, MARK_AT)? != [ERASED; CHUNK])
+}
+
+/// Marks the slot in `region`, unless it is.
+pub(crate) fn mark<F: NorFlash>(flash: &mut F, region: Region) -> Result<(), FlashError> {
+    if is_marked(flash, region)? {
+        return Ok(());
+    }
+    region.write(flash, MARK_AT, &[0])
+}
+
+/// Hands the set of `bytes` bytes in `region` to `each`, piece by piece.
+pub(crate) fn read<F: ReadNorFlash>(
+    flash: &mut F,
+    region: Region,
+    bytes: u32,
+    each: impl FnMut(&[u8]),
+) -> Result<(), FlashError> {
+    region.read_through(flash, BODY_AT, bytes, each)
+}
+
+/// Writes the empty set into the first slot, which is blank.
+pub(crate) fn format<F: NorFlash>(flash: &mut F, region: Region) -> Result<Set, FlashError> {
+    region.write(flash, 0, &header(FIRST_SEQUENCE, &[]))?;
+    Ok(Set {
+        slot: Slot::First,
+        sequence: FIRST_SEQUENCE,
+        bytes: 0,
+    })
 }
 
 /// Erases the slot and writes `set` into it, its header last.
@@ -184,7 +218,7 @@ pub(crate) fn write<F: NorFlash>(
     set: &[u8],
 ) -> Result<(), FlashError> {
     region.erase(flash)?;
-    let mut offset = CHUNK_BYTES;
+    let mut offset = BODY_AT;
     for piece in set.chunks(CHUNK) {
         region.write(flash, offset, piece)?;
         offset = offset.saturating_add(CHUNK_BYTES);
