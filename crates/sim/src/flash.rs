@@ -1,7 +1,8 @@
 //! A NOR flash in memory, or in a file, whose power can fail.
 
 use std::fs::File;
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{self, ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::PathBuf;
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -20,15 +21,46 @@ const ERASED: u8 = 0xFF;
 /// written and every sector that is erased is one step; the power can be made to fail in any of
 /// them ([`MemoryFlash::cut_after`]).
 ///
-/// In a file the flash is its image, byte for byte. The file ends behind the last sector that was
-/// ever written; what is not in it is erased.
+/// In a file the flash is its image, byte for byte. The file is made by the first write and ends
+/// behind the last byte that was ever written; what is not in it is erased. The same holds for the
+/// memory that a flash takes.
 #[derive(Debug)]
 pub struct MemoryFlash<const PAGE: usize = 4, const SECTOR: usize = 4096> {
+    /// What is behind them is erased.
     bytes: Vec<u8>,
-    file: Option<File>,
+    capacity: usize,
+    file: Option<ImageFile>,
     steps: Steps,
     cut: Option<PowerCut>,
     powered: bool,
+}
+
+/// The file of a flash.
+#[derive(Debug)]
+struct ImageFile {
+    path: PathBuf,
+    /// Opened by the first write.
+    open: Option<File>,
+    /// Why the last write failed.
+    error: Option<io::Error>,
+}
+
+impl ImageFile {
+    /// Writes `bytes` at `at`.
+    fn put(&mut self, at: usize, bytes: &[u8]) -> io::Result<()> {
+        let file = match &mut self.open {
+            Some(file) => file,
+            none => none.insert(
+                File::options()
+                    .write(true)
+                    .create(true)
+                    .truncate(false)
+                    .open(&self.path)?,
+            ),
+        };
+        file.seek(SeekFrom::Start(at as u64))?;
+        file.write_all(bytes)
+    }
 }
 
 /// What was done to a flash.
@@ -68,8 +100,8 @@ pub enum Refusal {
     NotErased,
     /// The power has failed, in this call or before.
     PowerCut,
-    /// The file cannot be written or read.
-    File(io::Error),
+    /// The file cannot be written; [`MemoryFlash::take_file_error`] has the error.
+    File(ErrorKind),
 }
 
 impl std::fmt::Display for Refusal {
@@ -79,7 +111,7 @@ impl std::fmt::Display for Refusal {
             Refusal::OutOfBounds => f.write_str("past the end of the flash"),
             Refusal::NotErased => f.write_str("a page that is not erased cannot be written"),
             Refusal::PowerCut => f.write_str("the power has failed"),
-            Refusal::File(error) => write!(f, "the flash's file: {error}"),
+            Refusal::File(kind) => write!(f, "the flash's file: {kind}"),
         }
     }
 }
@@ -101,7 +133,8 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
     pub fn new(capacity: usize) -> MemoryFlash<PAGE, SECTOR> {
         const { assert!(SECTOR.is_multiple_of(PAGE)) };
         MemoryFlash {
-            bytes: vec![ERASED; capacity.next_multiple_of(SECTOR)],
+            bytes: Vec::new(),
+            capacity: capacity.next_multiple_of(SECTOR),
             file: None,
             steps: Steps::default(),
             cut: None,
@@ -109,30 +142,37 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
         }
     }
 
-    /// The flash whose image is `file`, opened for reading and writing. What the file has beyond
+    /// The flash whose image is the file at `path`, erased if there is none. What the file has beyond
     /// `capacity` bytes is neither read nor touched.
     ///
     /// # Errors
     /// Those of reading it.
-    pub fn in_file(mut file: File, capacity: usize) -> io::Result<MemoryFlash<PAGE, SECTOR>> {
+    pub fn in_file(path: PathBuf, capacity: usize) -> io::Result<MemoryFlash<PAGE, SECTOR>> {
         let mut flash = MemoryFlash::new(capacity);
-        let mut image = Vec::new();
-        file.rewind()?;
-        (&mut file)
-            .take(flash.bytes.len() as u64)
-            .read_to_end(&mut image)?;
-        flash.bytes[..image.len()].copy_from_slice(&image);
-        flash.file = Some(file);
+        match File::open(&path) {
+            Ok(file) => {
+                let capacity = flash.capacity as u64;
+                file.take(capacity).read_to_end(&mut flash.bytes)?;
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+        flash.file = Some(ImageFile {
+            path,
+            open: None,
+            error: None,
+        });
         Ok(flash)
     }
 
-    /// Its whole contents.
+    /// Its contents; what is behind them is erased.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
     /// Its whole contents, to damage them. A file does not see it.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
+        self.bytes.resize(self.capacity, ERASED);
         &mut self.bytes
     }
 
@@ -159,7 +199,7 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
 
     /// The same contents in memory, with power.
     pub fn copy(&self) -> MemoryFlash<PAGE, SECTOR> {
-        let mut copy = MemoryFlash::new(0);
+        let mut copy = MemoryFlash::new(self.capacity);
         copy.bytes.clone_from(&self.bytes);
         copy
     }
@@ -169,7 +209,13 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
     /// # Errors
     /// Those of the file.
     pub fn sync(&mut self) -> io::Result<()> {
-        self.file.as_ref().map_or(Ok(()), File::sync_data)
+        let open = self.file.as_ref().and_then(|file| file.open.as_ref());
+        open.map_or(Ok(()), File::sync_data)
+    }
+
+    /// Why the file could not be written, once.
+    pub fn take_file_error(&mut self) -> Option<io::Error> {
+        self.file.as_mut().and_then(|file| file.error.take())
     }
 
     /// The place of `length` bytes from `at`, both multiples of `step`.
@@ -179,7 +225,7 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
             return Err(Refusal::NotAligned);
         }
         match at.checked_add(length) {
-            Some(end) if end <= self.bytes.len() => Ok(at),
+            Some(end) if end <= self.capacity => Ok(at),
             _ => Err(Refusal::OutOfBounds),
         }
     }
@@ -195,20 +241,41 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
         Some(Pcg32::seed_from_u64(cut.seed))
     }
 
-    /// Brings the bytes from `at` to `end` into the file.
-    fn keep(&mut self, at: usize, end: usize) -> Result<(), Refusal> {
-        let Some(file) = &mut self.file else {
-            return Ok(());
-        };
-        let bytes = &self.bytes;
-        let mut keep = || {
-            let length = file.seek(SeekFrom::End(0))?;
+    /// Puts `new` at `at`, into the file first: what it does not take has not happened.
+    fn put(&mut self, at: usize, new: &[u8]) -> Result<(), Refusal> {
+        let known = self.bytes.len();
+        let mut longer = Vec::new();
+        if at > known {
             // A gap behind the file's end would read as zeros.
-            let from = usize::try_from(length).unwrap_or(at).min(at);
-            file.seek(SeekFrom::Start(from as u64))?;
-            file.write_all(&bytes[from..end])
+            longer.resize(at - known, ERASED);
+            longer.extend(new);
+        }
+        let (from, new) = match longer.as_slice() {
+            [] => (at, new),
+            longer => (known, longer),
         };
-        keep().map_err(Refusal::File)
+        if let Some(file) = &mut self.file
+            && let Err(error) = file.put(from, new)
+        {
+            let refusal = Refusal::File(error.kind());
+            file.error = Some(error);
+            return Err(refusal);
+        }
+        let end = from + new.len();
+        if end > known {
+            self.bytes.resize(end, ERASED);
+        }
+        self.bytes[from..end].copy_from_slice(new);
+        Ok(())
+    }
+
+    /// What `range` holds.
+    fn get(&self, at: usize, length: usize) -> Vec<u8> {
+        let known = self.bytes.iter().skip(at).copied();
+        known
+            .chain(std::iter::repeat(ERASED))
+            .take(length)
+            .collect()
     }
 }
 
@@ -224,12 +291,16 @@ impl<const PAGE: usize, const SECTOR: usize> ReadNorFlash for MemoryFlash<PAGE, 
             return Err(Refusal::PowerCut);
         }
         let at = self.place(offset, bytes.len(), 1)?;
-        bytes.copy_from_slice(&self.bytes[at..at + bytes.len()]);
+        bytes.fill(ERASED);
+        let known = self.bytes.get(at..).unwrap_or(&[]);
+        for (byte, known) in bytes.iter_mut().zip(known) {
+            *byte = *known;
+        }
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        self.bytes.len()
+        self.capacity
     }
 }
 
@@ -244,15 +315,15 @@ impl<const PAGE: usize, const SECTOR: usize> NorFlash for MemoryFlash<PAGE, SECT
         let length = to.checked_sub(from).ok_or(Refusal::OutOfBounds)? as usize;
         let at = self.place(from, length, SECTOR)?;
         for start in (at..at + length).step_by(SECTOR) {
-            let broken = self.step();
-            let sector = &mut self.bytes[start..start + SECTOR];
-            match broken {
-                None => sector.fill(ERASED),
-                Some(mut random) => half_erase(sector, &mut random),
-            }
-            self.keep(start, start + SECTOR)?;
-            if !self.powered {
-                return Err(Refusal::PowerCut);
+            match self.step() {
+                None if start >= self.bytes.len() => {}
+                None => self.put(start, &[ERASED; SECTOR])?,
+                Some(mut random) => {
+                    let mut sector = self.get(start, SECTOR);
+                    half_erase(&mut sector, &mut random);
+                    self.put(start, &sector)?;
+                    return Err(Refusal::PowerCut);
+                }
             }
             self.steps.erased += 1;
         }
@@ -264,19 +335,22 @@ impl<const PAGE: usize, const SECTOR: usize> NorFlash for MemoryFlash<PAGE, SECT
             return Err(Refusal::PowerCut);
         }
         let at = self.place(offset, bytes.len(), PAGE)?;
-        let end = at + bytes.len();
-        if self.bytes[at..end].iter().any(|byte| *byte != ERASED) {
+        let is = self.bytes.get(at..).unwrap_or(&[]);
+        if is.iter().take(bytes.len()).any(|byte| *byte != ERASED) {
             return Err(Refusal::NotErased);
         }
-        for (place, byte) in (at..end).zip(bytes) {
-            if let Some(mut random) = self.step() {
-                self.bytes[place] &= byte | random.next_u32() as u8;
+        let mut new = vec![ERASED; bytes.len()];
+        for (place, byte) in new.iter_mut().zip(bytes) {
+            *place = match self.step() {
+                None => *byte,
+                Some(mut random) => byte | random.next_u32() as u8,
+            };
+            if !self.powered {
                 break;
             }
-            self.bytes[place] &= byte;
             self.steps.written += 1;
         }
-        self.keep(at, end)?;
+        self.put(at, &new)?;
         match self.powered {
             true => Ok(()),
             false => Err(Refusal::PowerCut),
@@ -311,11 +385,12 @@ mod tests {
     fn it_clears_bits_and_erases_sectors() {
         let mut flash = Flash::new(128);
         flash.write(4, &[0x0F, 0xF0, 0x00, 0xFF]).unwrap();
-        assert_eq!(flash.bytes()[3..9], [0xFF, 0x0F, 0xF0, 0x00, 0xFF, 0xFF]);
+        assert_eq!(flash.bytes()[3..], [0xFF, 0x0F, 0xF0, 0x00, 0xFF]);
         flash.write(64, &[0; 64]).unwrap();
         flash.erase(64, 128).unwrap();
         assert_eq!(flash.bytes()[4], 0x0F);
         assert_eq!(flash.bytes()[64..], [0xFF; 64]);
+        assert_eq!(flash.bytes_mut().len(), 128);
         let steps = flash.steps();
         assert_eq!((steps.written, steps.erased, steps.total()), (68, 1, 69));
     }
@@ -348,7 +423,7 @@ mod tests {
         flash.cut_after(PowerCut { after: 2, seed: 1 });
         assert!(matches!(flash.write(0, &[0; 8]), Err(Refusal::PowerCut)));
         assert_eq!(flash.bytes()[..2], [0; 2]);
-        assert_eq!(flash.bytes()[3..], [0xFF; 61]);
+        assert_eq!(flash.bytes_mut()[3..], [0xFF; 61]);
         assert!(matches!(flash.read(0, &mut [0]), Err(Refusal::PowerCut)));
         assert!(matches!(flash.erase(0, 64), Err(Refusal::PowerCut)));
         flash.power_on();
@@ -379,24 +454,51 @@ mod tests {
     #[test]
     fn a_file_is_the_image() {
         let path = std::env::temp_dir().join(format!("servobus-flash-{}", std::process::id()));
-        let open = || {
-            File::options()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path)
-                .unwrap()
-        };
-        let mut flash = Flash::in_file(open(), 256).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), []);
+        let _ = std::fs::remove_file(&path);
+        let open = || Flash::in_file(path.clone(), 256).unwrap();
+        let mut flash = open();
+        assert!(!path.exists(), "nothing was written");
+        flash.erase(0, 256).unwrap();
+        assert!(!path.exists(), "it is erased");
         flash.write(64, b"abcd").unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), &flash.bytes()[..68]);
-        flash.erase(128, 192).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), &flash.bytes()[..192]);
+        let expected = [&[0xFF; 64][..], b"abcd"].concat();
+        assert_eq!(std::fs::read(&path).unwrap(), expected);
+        let mut flash = open();
+        assert_eq!(flash.bytes(), expected);
+        flash.write(128, b"efgh").unwrap();
+        flash.erase(64, 128).unwrap();
+        flash.cut_after(PowerCut { after: 2, seed: 0 });
+        flash.write(192, b"ijkl").unwrap_err();
         flash.sync().unwrap();
-        let again = Flash::in_file(open(), 256).unwrap();
-        assert_eq!(again.bytes(), flash.bytes());
+        assert_eq!(std::fs::read(&path).unwrap(), flash.bytes());
+        assert_eq!(open().bytes(), flash.bytes());
+        assert_eq!(flash.bytes()[..64], [0xFF; 64]);
+        assert_eq!(&flash.bytes()[128..132], b"efgh");
+        assert_eq!(&flash.bytes()[192..194], b"ij");
+        // Longer than the flash.
+        assert_eq!(
+            Flash::in_file(path.clone(), 64).unwrap().bytes(),
+            [0xFF; 64]
+        );
         std::fs::remove_file(path).unwrap();
+    }
+
+    /// What the file does not take has not happened.
+    #[test]
+    fn a_file_that_cannot_be_written() {
+        let mut flash = Flash::in_file("/dev/null/flash".into(), 256);
+        assert_eq!(flash.as_ref().unwrap_err().kind(), ErrorKind::NotADirectory);
+        flash = Flash::in_file("/no/such/folder/flash".into(), 256);
+        let mut flash = flash.unwrap();
+        assert!(matches!(
+            flash.write(0, b"abcd"),
+            Err(Refusal::File(ErrorKind::NotFound))
+        ));
+        assert_eq!(flash.bytes(), []);
+        assert_eq!(
+            flash.take_file_error().map(|error| error.kind()),
+            Some(ErrorKind::NotFound)
+        );
+        assert!(flash.take_file_error().is_none());
     }
 }

@@ -2,7 +2,7 @@
 //! one, whole, or says that there is none.
 
 use drive::flash::{Checksum, LayoutError, LoadError, ParameterFlash, Region, SaveError, Slot};
-use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
+use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash as _};
 use proptest::prelude::*;
 use sim::{MemoryFlash, PowerCut, Steps};
 
@@ -183,7 +183,7 @@ fn one_damaged_bit_costs_at_most_the_newest_set() {
     let (flash, slots, _) = prepared::<4, 256>(SMALL_SLOT, 5, 90);
     let (newest, before) = (Some(set(4, 90)), Some(set(3, 90)));
     let mut fell_back = 0;
-    for at in 0..flash.bytes().len() {
+    for at in 0..flash.capacity() {
         for bit in 0..8 {
             let mut damaged = flash.copy();
             damaged.bytes_mut()[at] ^= 1 << bit;

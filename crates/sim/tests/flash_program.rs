@@ -4,7 +4,7 @@
 use canopen::Abort;
 use drive::flash::{LayoutError, Region};
 use drive::program::{Action, Bank, Banks, Failure, ImageHeader, Program, ProgramStore, Version};
-use embedded_storage::nor_flash::NorFlash;
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash as _};
 use proptest::prelude::*;
 use sim::{MemoryFlash, PowerCut};
 
@@ -535,7 +535,7 @@ fn the_first_program() {
 #[test]
 fn the_program_that_runs_is_never_cleared() {
     let (mut flash, banks, old) = prepared::<4, 256>(SMALL_BANK, 1, 100);
-    let bank = flash.bytes()[..SMALL_BANK as usize].to_vec();
+    let bank = flash.bytes_mut()[..SMALL_BANK as usize].to_vec();
     let mut store = ProgramStore::open(&mut flash, banks, PRODUCT).unwrap();
     for number in 10..13 {
         clear(&mut flash, &mut store).unwrap();
@@ -544,7 +544,7 @@ fn the_program_that_runs_is_never_cleared() {
         let new = image(number, 120);
         download(&mut flash, &mut store, &new, 50).unwrap();
         assert_eq!(started(&mut flash, &banks), Some(new));
-        assert_eq!(flash.bytes()[..SMALL_BANK as usize], bank);
+        assert_eq!(flash.bytes_mut()[..SMALL_BANK as usize], bank);
     }
 }
 
@@ -554,7 +554,7 @@ fn one_damaged_bit_costs_at_most_the_newest_program() {
     let (flash, banks, newest) = prepared::<4, 256>(SMALL_BANK, 2, 100);
     let before = Some(image(0, 100));
     let mut fell_back = 0;
-    for bit in 0..flash.bytes().len() * 8 {
+    for bit in 0..flash.capacity() * 8 {
         let mut damaged = flash.copy();
         damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
         let found = started(&mut damaged, &banks);
@@ -652,7 +652,7 @@ proptest! {
         for act in acts {
             let bank = store.running().map_or(0, |program| program.at as usize - 512);
             let bank = bank..bank + SMALL_BANK as usize;
-            let before = flash.bytes()[bank.clone()].to_vec();
+            let before = flash.bytes_mut()[bank.clone()].to_vec();
             let was = started(&mut flash, &banks);
             match act {
                 Act::Control(value) => {
@@ -716,7 +716,7 @@ proptest! {
                     next = found;
                 }
             }
-            prop_assert_eq!(&flash.bytes()[bank], &before);
+            prop_assert_eq!(&flash.bytes_mut()[bank], &before);
             prop_assert!(store.running().is_some());
             let valid = store.valid().map(|program| program.image.bytes().to_vec());
             prop_assert_eq!(valid, next.as_ref().map(|image| image[..64].to_vec()));
