@@ -115,7 +115,7 @@ impl ParameterStore {
     pub fn set_aside(&mut self) -> Result<Option<PathBuf>, StoreError> {
         let mut kept = None;
         if let Some(path) = &self.file {
-            let aside = free_name(path);
+            let aside = free_name(path, ".corrupt");
             fs::rename(path, &aside).map_err(|source| StoreError::SetAside {
                 path: path.clone(),
                 source,
@@ -127,12 +127,12 @@ impl ParameterStore {
     }
 }
 
-/// The first of `path.corrupt`, `path.corrupt2`, … that is not there.
-fn free_name(path: &Path) -> PathBuf {
+/// The first of `path` with `ending`, `ending2` and so on that is not there.
+pub(crate) fn free_name(path: &Path, ending: &str) -> PathBuf {
     let mut number = 1u32;
     loop {
         let mut name = path.to_owned().into_os_string();
-        name.push(".corrupt");
+        name.push(ending);
         if number > 1 {
             name.push(number.to_string());
         }

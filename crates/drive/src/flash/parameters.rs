@@ -232,6 +232,24 @@ impl ParameterFlash {
         Ok(written)
     }
 
+    /// Erases each slot whose state is `wanted`. Over whole sets this forgets them; a cut in the
+    /// middle of it may leave damage.
+    ///
+    /// # Errors
+    /// [`FlashError`] if the flash refuses.
+    pub fn erase<F: NorFlash>(
+        &self,
+        flash: &mut F,
+        wanted: impl Fn(SlotState) -> bool,
+    ) -> Result<(), FlashError> {
+        for slot in [Slot::First, Slot::Second] {
+            if wanted(self.look(flash, slot)?) {
+                self.region(slot).erase(flash)?;
+            }
+        }
+        Ok(())
+    }
+
     /// What a save follows. A new flash is made ready: the first slot gets the empty set, so that a
     /// first save that is cut short is no damage.
     fn ready<F: NorFlash>(&self, flash: &mut F) -> Result<Before, FlashError> {
