@@ -35,4 +35,4 @@ pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
 pub use probe::ProbeSample;
 pub use recording::{Injection, ReadError, Recording, Replayed, RunHeader, StoredBefore, replay};
-pub use store::{ParameterStore, StoreError};
+pub use store::StoreError;
