@@ -16,7 +16,7 @@ TARGET_REACHED = 1 << 10
 @pytest.fixture(scope="module")
 def extended():
     """One virtual extended P3."""
-    running = Simulation("1", directory() / "extended.log", "p3-extended")
+    running = Simulation("1", directory() / "extended.log", drive="p3-extended")
     assert running.ready == "ready: 1 virtual p3-extended drive, node 1"
     yield running
     running.stop()

@@ -347,7 +347,7 @@ impl<M: NodeMemory> Node<M> {
                 let [t0, t1, t2, t3, t4, t5] = self.time.sent.to_bytes();
                 Frame::keyed(key, [t0, t1, t2, t3, t4, t5, 0, 0], 6)
             }
-            Slot::Lss | Slot::Tpdo(_) => return None,
+            Slot::Tpdo(_) => return None,
         })
     }
 

@@ -17,6 +17,9 @@ fn every_help_has_examples() {
         &["monitor"],
         &["od"],
         &["play"],
+        &["program"],
+        &["program", "make"],
+        &["program", "check"],
     ] {
         let words = [command, &["--help"]].concat();
         let help = printed(&words, 0);

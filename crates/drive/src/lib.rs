@@ -26,7 +26,9 @@ mod comms;
 mod configuration;
 mod drive;
 mod faults;
+pub mod flash;
 mod parameters;
+pub mod program;
 mod publish;
 
 pub use comms::{Comms, Request};

@@ -11,6 +11,8 @@
 mod bus;
 mod controller;
 mod drive;
+mod flash;
+mod flash_file;
 mod fleet;
 mod gateway;
 mod latency;
@@ -24,6 +26,8 @@ mod store;
 
 pub use bus::{Bus, BusSettings};
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
+pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
+pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use link::VirtualLink;
 pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
@@ -31,4 +35,4 @@ pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
 pub use probe::ProbeSample;
 pub use recording::{Injection, ReadError, Recording, Replayed, RunHeader, StoredBefore, replay};
-pub use store::{ParameterStore, StoreError};
+pub use store::StoreError;

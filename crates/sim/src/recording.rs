@@ -24,8 +24,8 @@ use can::Frame;
 use canopen::{Instant, NodeId};
 use personalities::Personality;
 
+use crate::flash_file::FlashFile;
 use crate::medium::Traffic;
-use crate::store::ParameterStore;
 use crate::{Bus, BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
@@ -89,7 +89,7 @@ impl RunHeader {
                 let stored = self.stored.iter().find(|stored| stored.node == node);
                 let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
                 DriveSettings {
-                    store: ParameterStore::memory(bytes),
+                    store: FlashFile::memory(bytes),
                     ..DriveSettings::new(node, personality)
                 }
             })

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{Bus, BusSettings, DriveSettings, ParameterStore, Recording, RunHeader, StoreError};
+use ::sim::{Bus, BusSettings, DriveSettings, FlashFile, Recording, RunHeader, StoreError};
 use bus::{Doors, Endpoint, Options, Protocol};
 use canopen::Instant;
 use personalities::Personality;
@@ -121,7 +121,7 @@ impl Arguments {
         let drive = |&node| {
             let mut settings = DriveSettings::new(node, self.drive);
             if let Some(folder) = &self.store {
-                settings.store = ParameterStore::file(folder, self.drive.name, node.get())
+                settings.store = FlashFile::file(folder, self.drive.name, node.get())
                     .map_err(|error| Failure::input(store_message(&error)))?;
             }
             Ok(settings)
