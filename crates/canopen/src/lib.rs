@@ -53,4 +53,5 @@ pub use node::{Events, Node, NodeMemory};
 pub use owner::{Changed, NoOwner, Owner, Verdict};
 pub use pdo::{MAPPED_PER_PDO, PDOS};
 pub use row::{Access, Address, Default, Group, Row};
+pub use sdo::client as sdo_client;
 pub use time::Instant;
