@@ -7,7 +7,8 @@
 
 use super::block_upload::FRUITLESS;
 use super::segmented::{SEGMENT, segment};
-use super::{Answer, Failure, Lapse, Progress, Reaction, Source, Stage, command_and};
+use super::transfer::{Answer, Lapse, Reaction, command_and};
+use super::{Failure, Progress, Source, Stage};
 use crate::sdo::crc::Crc16;
 
 /// A block download.

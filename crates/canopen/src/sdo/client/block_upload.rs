@@ -9,7 +9,8 @@
 
 use super::initiate::bare;
 use super::segmented::SEGMENT;
-use super::{Answer, Failure, Lapse, Progress, Reaction, Sink, Stage, command_and};
+use super::transfer::{Answer, Lapse, Reaction, command_and};
+use super::{Failure, Progress, Sink, Stage};
 use crate::sdo::crc::Crc16;
 
 /// How many blocks in a row may bring nothing that can be used.
@@ -140,14 +141,16 @@ impl BlockUpload {
         self.fruitless < FRUITLESS
     }
 
-    /// Gives `used` bytes of the held segment to the sink.
+    /// Gives `used` bytes of the held segment, if there is one, to the sink.
     fn pass_on(
         &mut self,
         used: u8,
         progress: &mut Progress,
         sink: &mut impl Sink,
     ) -> Result<(), Failure> {
-        let held = self.held.take().unwrap_or_default();
+        let Some(held) = self.held.take() else {
+            return Ok(());
+        };
         let bytes = held.get(..usize::from(used)).unwrap_or(&[]);
         if let Some(crc) = &mut self.crc {
             crc.update(bytes);

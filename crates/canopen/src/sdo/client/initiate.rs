@@ -3,10 +3,8 @@
 use super::block_download::BlockDownload;
 use super::block_upload::BlockUpload;
 use super::segmented::{SegmentedDownload, SegmentedUpload};
-use super::{
-    Answer, Direction, Failure, Method, Phase, Progress, Reaction, Request, RequestForm, Settings,
-    Sink, Source, Transfer, command_and,
-};
+use super::transfer::{Answer, Direction, Phase, Reaction, Request, Transfer, command_and};
+use super::{Failure, Method, Progress, RequestForm, Settings, Sink, Source};
 
 impl Transfer {
     /// The request that begins the transfer.

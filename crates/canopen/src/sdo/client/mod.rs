@@ -20,7 +20,9 @@
 //! | the end of a block transfer | the frame before it is repeated |
 //!
 //! Each request is repeated, and a transfer begun, [`Settings::attempts`] times in all; then the
-//! transfer fails with [`Failure::TimedOut`] and the server gets an abort.
+//! transfer fails with [`Failure::TimedOut`] and the server gets an abort. A server that had
+//! received a request of a block transfer already may be surprised by its repetition and abort; the
+//! transfer is begun anew then, too.
 
 mod block_download;
 mod block_upload;
@@ -31,12 +33,11 @@ mod initiate;
 mod moved;
 mod segmented;
 mod settings;
+mod transfer;
 
 use can::Frame;
 
-use self::block_download::BlockDownload;
-use self::block_upload::BlockUpload;
-use self::segmented::{SegmentedDownload, SegmentedUpload};
+use self::transfer::{Answer, Direction, Lapse, Phase, Reaction, Request, Transfer};
 use crate::{Abort, Address, Instant};
 
 pub use self::channel::Channel;
@@ -57,118 +58,6 @@ pub struct SdoClient {
     /// that its end was understood.
     parting: Option<[u8; 8]>,
     deadline: Instant,
-}
-
-/// A transfer that runs.
-#[derive(Clone, Copy, Debug)]
-struct Transfer {
-    object: Address,
-    direction: Direction,
-    method: Method,
-    phase: Phase,
-    /// How often the transfer was begun.
-    begun: u32,
-    /// How often the last request was sent.
-    tried: u32,
-    /// Something waits to be sent. No answer is expected then.
-    is_ready: bool,
-    /// Whether anything was sent, so that the server may wait for more.
-    is_known: bool,
-    /// The server's last frame.
-    last: Option<Frame>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Direction {
-    Upload,
-    Download { bytes: u32 },
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Phase {
-    Initiate,
-    SegmentedUpload(SegmentedUpload),
-    SegmentedDownload(SegmentedDownload),
-    BlockUpload(BlockUpload),
-    BlockDownload(BlockDownload),
-}
-
-/// A frame of the server.
-#[derive(Clone, Copy, Debug)]
-struct Answer<'a> {
-    frame: &'a Frame,
-    /// The same as the one before it, bit for bit.
-    is_repeated: bool,
-}
-
-/// What an answer means to the transfer.
-#[derive(Clone, Copy, Debug)]
-enum Reaction {
-    /// It belongs to another transfer.
-    Stale,
-    /// It was here before, and changes nothing.
-    Duplicate,
-    /// There is something to send.
-    Next,
-    /// The server will send more by itself.
-    More,
-    Enter(Phase),
-    /// The transfer has to begin anew.
-    Restart,
-    Done {
-        parting: Option<[u8; 8]>,
-        is_sized: bool,
-    },
-    Failed(Failure),
-}
-
-/// What to do when no answer came.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Lapse {
-    /// Send what waits; it is no repetition.
-    GoOn,
-    /// Send the last request again, if that is allowed once more.
-    Repeat,
-    /// Begin anew, if that is allowed once more.
-    Restart,
-}
-
-/// The data of a request, and how many bytes of them are sent.
-#[derive(Clone, Copy, Debug)]
-struct Request {
-    data: [u8; 8],
-    len: u8,
-}
-
-impl Reaction {
-    const DONE: Reaction = Reaction::Done {
-        parting: None,
-        is_sized: true,
-    };
-}
-
-impl Request {
-    fn whole(data: [u8; 8]) -> Request {
-        Request { data, len: 8 }
-    }
-}
-
-impl Answer<'_> {
-    fn command(&self) -> u8 {
-        let [command, ..] = self.frame.bytes();
-        command
-    }
-
-    /// Of an answer that the present request cannot have: a late one to a first request, or
-    /// nothing that there is.
-    fn out_of_place(&self) -> Reaction {
-        let command = self.command();
-        match (command >> 5, command & 3) {
-            _ if self.is_repeated => Reaction::Duplicate,
-            (2 | 3, _) | (5, 0) | (6, 0 | 2) => Reaction::Stale,
-            _ => Reaction::Failed(Failure::Command { command }),
-        }
-    }
 }
 
 impl SdoClient {
@@ -281,7 +170,10 @@ impl SdoClient {
             is_repeated: transfer.last == Some(*frame),
         };
         if let Some(abort) = transfer.aborted(&answer) {
-            self.fail(Failure::Aborted(abort));
+            match transfer.is_provoked(abort) && transfer.begun < self.settings.attempts {
+                true => self.begin_anew(),
+                false => self.fail(Failure::Aborted(abort)),
+            }
             return true;
         }
         let progress = &mut self.progress;
@@ -380,6 +272,13 @@ impl SdoClient {
             return self.fail(Failure::TimedOut { stage });
         }
         self.parting = Some(transfer.abort(Abort::TIMED_OUT));
+        self.begin_anew();
+    }
+
+    fn begin_anew(&mut self) {
+        let Some(transfer) = &mut self.transfer else {
+            return;
+        };
         *transfer = Transfer {
             phase: Phase::Initiate,
             begun: transfer.begun.saturating_add(1),
@@ -406,123 +305,4 @@ impl SdoClient {
         self.transfer = None;
         self.deadline = Instant::NEVER;
     }
-}
-
-impl Direction {
-    fn begin(self) -> Progress {
-        let total = match self {
-            Direction::Upload => None,
-            Direction::Download { bytes } => Some(bytes),
-        };
-        Progress { done: 0, total }
-    }
-}
-
-impl Transfer {
-    fn stage(&self) -> Stage {
-        match &self.phase {
-            Phase::Initiate => Stage::Initiate,
-            Phase::SegmentedUpload(_) | Phase::SegmentedDownload(_) => Stage::Segment,
-            Phase::BlockUpload(block) => block.stage(),
-            Phase::BlockDownload(block) => block.stage(),
-        }
-    }
-
-    /// The code, if the server aborts this transfer (CiA 301 7.2.4.3.17). Some servers name no
-    /// object once a transfer runs. During a block upload, first bytes above 0x80 are segments.
-    fn aborted(&self, answer: &Answer<'_>) -> Option<Abort> {
-        let command = answer.command();
-        let is_abort = match &self.phase {
-            Phase::BlockUpload(_) => command == 0x80,
-            _ => command >> 5 == 4,
-        };
-        let [_, i0, i1, sub, data @ ..] = answer.frame.bytes();
-        let names_nothing = [i0, i1, sub] == [0; 3] && self.stage() != Stage::Initiate;
-        let is_own = self.is_known && (self.is_for_object(answer) || names_nothing);
-        (is_abort && is_own).then_some(Abort(u32::from_le_bytes(data)))
-    }
-
-    fn receive(
-        &mut self,
-        answer: &Answer<'_>,
-        settings: &Settings,
-        progress: &mut Progress,
-        sink: &mut impl Sink,
-    ) -> Reaction {
-        match (&mut self.phase, self.direction) {
-            (Phase::Initiate, _) => self.initiated(answer, settings, progress, sink),
-            (Phase::SegmentedUpload(segments), _) => segments.receive(answer, progress, sink),
-            (Phase::SegmentedDownload(segments), Direction::Download { bytes }) => {
-                segments.receive(answer, bytes, progress)
-            }
-            (Phase::BlockUpload(block), _) => block.receive(answer, progress, sink),
-            (Phase::BlockDownload(block), _) => block.receive(answer, progress),
-            // An upload does not download.
-            (Phase::SegmentedDownload(_), Direction::Upload) => Reaction::Stale,
-        }
-    }
-
-    fn request(
-        &mut self,
-        settings: &Settings,
-        progress: &Progress,
-        source: &mut impl Source,
-    ) -> Result<Request, Failure> {
-        let bytes = progress.total.unwrap_or(0);
-        let data = match &mut self.phase {
-            Phase::Initiate => return self.initiate(settings, source),
-            Phase::SegmentedUpload(segments) => segments.request(),
-            Phase::SegmentedDownload(segments) => segments.request(bytes, progress, source)?,
-            Phase::BlockUpload(block) => block.request(),
-            Phase::BlockDownload(block) => block.request(progress, source)?,
-        };
-        Ok(Request::whole(data))
-    }
-
-    /// Whether there is more to send before the server answers.
-    fn goes_on(&self) -> bool {
-        match &self.phase {
-            Phase::BlockDownload(block) => !block.waits(),
-            _ => false,
-        }
-    }
-
-    /// What the silence means, if it is more than silence.
-    fn doubt(&self, progress: &Progress) -> Option<Failure> {
-        match &self.phase {
-            Phase::SegmentedUpload(segments) => segments.failure(progress),
-            Phase::SegmentedDownload(segments) => segments.failure(progress),
-            _ => None,
-        }
-    }
-
-    fn lapse(&mut self, progress: &Progress) -> Lapse {
-        match &mut self.phase {
-            Phase::Initiate => Lapse::Repeat,
-            Phase::SegmentedUpload(_) | Phase::SegmentedDownload(_) => Lapse::Restart,
-            Phase::BlockUpload(block) => block.lapse(progress),
-            Phase::BlockDownload(block) => block.lapse(),
-        }
-    }
-
-    /// Whether the server may be waiting for more of a transfer that failed: not if it aborted
-    /// itself, and not if all there was to an expedited transfer is a request without answer.
-    fn has_to_be_told(&self, failure: Failure) -> bool {
-        let was_one_exchange = self.method == Method::Expedited && self.stage() == Stage::Initiate;
-        match failure {
-            Failure::Aborted(_) => false,
-            Failure::TimedOut { .. } => !was_one_exchange,
-            _ => self.is_known,
-        }
-    }
-
-    fn abort(&self, why: Abort) -> [u8; 8] {
-        self.addressed(0x80, why.0.to_le_bytes())
-    }
-}
-
-/// A frame without address.
-const fn command_and(command: u8, data: [u8; 7]) -> [u8; 8] {
-    let [d0, d1, d2, d3, d4, d5, d6] = data;
-    [command, d0, d1, d2, d3, d4, d5, d6]
 }

@@ -6,7 +6,8 @@
 //! doubles seven bytes if it does not. So the transfer is begun anew if another attempt is allowed.
 
 use super::initiate::bare;
-use super::{Answer, Failure, Progress, Reaction, Sink, Source, command_and};
+use super::transfer::{Answer, Reaction, command_and};
+use super::{Failure, Progress, Sink, Source};
 
 /// Bytes in a segment.
 pub(super) const SEGMENT: u8 = 7;
@@ -129,29 +130,24 @@ impl SegmentedDownload {
     /// The source refuses.
     pub(super) fn request(
         &self,
-        bytes: u32,
         progress: &Progress,
         source: &mut impl Source,
     ) -> Result<[u8; 8], Failure> {
+        let bytes = progress.total.unwrap_or(0);
         let (data, used, is_last) = segment(progress.done, bytes, source)?;
         let unused = SEGMENT.saturating_sub(used);
         let command = self.toggle.mask() | unused << 1 | u8::from(is_last);
         Ok(command_and(command, data))
     }
 
-    pub(super) fn receive(
-        &mut self,
-        answer: &Answer<'_>,
-        bytes: u32,
-        progress: &mut Progress,
-    ) -> Reaction {
+    pub(super) fn receive(&mut self, answer: &Answer<'_>, progress: &mut Progress) -> Reaction {
         if answer.command() >> 5 != 1 {
             return answer.out_of_place();
         }
         if let Some(wrong) = self.toggle.check(answer, progress.done) {
             return wrong;
         }
-        let left = bytes.saturating_sub(progress.done);
+        let left = progress.total.unwrap_or(0).saturating_sub(progress.done);
         progress.done = progress.done.saturating_add(left.min(u32::from(SEGMENT)));
         if left <= u32::from(SEGMENT) {
             return Reaction::DONE;
