@@ -123,3 +123,79 @@ impl Failure {
         }
     }
 }
+
+impl core::fmt::Display for StartError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            StartError::Busy => f.write_str("another transfer is running"),
+            StartError::NotExpedited { bytes } => {
+                write!(f, "an expedited transfer carries 1 to 4 bytes, not {bytes}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for StartError {}
+
+impl core::fmt::Display for Stage {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Stage::Initiate => "the first request",
+            Stage::Segment => "a segment",
+            Stage::Block => "a block",
+            Stage::End => "the end of a block transfer",
+        })
+    }
+}
+
+impl core::fmt::Display for Failure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Failure::Aborted(abort) => write!(f, "refused, {abort}"),
+            Failure::Cancelled(abort) => write!(f, "given up, {abort}"),
+            Failure::Refused(abort) => write!(f, "the data were not taken or given, {abort}"),
+            Failure::TimedOut { stage } => write!(f, "no answer to {stage}"),
+            Failure::Toggle { offset } => write!(
+                f,
+                "the toggle bit of the segment after {offset} bytes is wrong"
+            ),
+            Failure::Size {
+                indicated: u32::MAX,
+                ..
+            } => f.write_str("more bytes came than an object can have"),
+            Failure::Size {
+                indicated,
+                received,
+            } => write!(f, "{received} bytes came where {indicated} were indicated"),
+            Failure::Crc { computed, received } => write!(
+                f,
+                "the checksum is 0x{computed:04X}, and the node says 0x{received:04X}"
+            ),
+            Failure::Sequence { expected, received } => write!(
+                f,
+                "sequence number {received} came where {expected} was due"
+            ),
+            Failure::BlockSize { segments } => {
+                write!(
+                    f,
+                    "the node wants blocks of {segments} segments; 1 to 127 are possible"
+                )
+            }
+            Failure::Command { command } => {
+                write!(
+                    f,
+                    "the node's answer 0x{command:02X} is unknown or out of place"
+                )
+            }
+            Failure::NotExpedited { bytes: Some(bytes) } => write!(
+                f,
+                "the object has {bytes} bytes, which needs a segmented transfer"
+            ),
+            Failure::NotExpedited { bytes: None } => {
+                f.write_str("the object has more than 4 bytes, which needs a segmented transfer")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Failure {}
