@@ -61,5 +61,6 @@ pub use owner::{Changed, NoOwner, Owner, Verdict};
 pub use pdo::{MAPPED_PER_PDO, PDOS};
 pub use row::{Access, Address, Default, Group, Row};
 pub use sdo::SDO_SERVERS;
+pub use sdo::client as sdo_client;
 pub use time::Instant;
 pub use time_stamp::TimeOfDay;

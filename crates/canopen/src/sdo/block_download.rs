@@ -1,6 +1,6 @@
 //! Block download (CiA 301 7.2.4.3.8 to 7.2.4.3.11): up to 127 segments an acknowledge.
 
-use super::{Phase, SdoServer, Wait, crc};
+use super::{Phase, SdoServer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::{Abort, Dialect, Events, Instant, Node, NodeMemory, Owner, SdoTransfers};
@@ -108,7 +108,7 @@ impl<M: NodeMemory> Node<M> {
             return self.abort_transfer(n, abort, owner);
         }
         let transfer = self.server(n).transfer;
-        if transfer.with_crc && transfer.crc != checksum {
+        if transfer.with_crc && transfer.crc.get() != checksum {
             return self.abort_transfer(n, Abort::CRC, owner);
         }
         match self.commit(n, now, owner, events) {
@@ -133,7 +133,7 @@ impl<M: NodeMemory> Node<M> {
         self.gather(n, bytes, owner)?;
         let transfer = &mut self.server(n).transfer;
         if transfer.with_crc {
-            transfer.crc = crc::update(transfer.crc, bytes);
+            transfer.crc.update(bytes);
         }
         Ok(())
     }

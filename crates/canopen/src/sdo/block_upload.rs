@@ -1,7 +1,7 @@
 //! Block upload (CiA 301 7.2.4.3.12 to 7.2.4.3.15): up to 127 segments an acknowledge.
 
 use super::source::Source;
-use super::{Phase, Readable, Transfer, crc};
+use super::{Phase, Readable, Transfer};
 use crate::outbox::Slot;
 use crate::{Abort, Address, Instant, Node, NodeMemory, Owner};
 
@@ -140,7 +140,7 @@ impl<M: NodeMemory> Node<M> {
         let server = self.server(n);
         if transfer.with_crc && transfer.crc_at == at {
             let counted = piece.bytes.get(..usize::from(piece.count)).unwrap_or(&[]);
-            server.transfer.crc = crc::update(transfer.crc, counted);
+            server.transfer.crc.update(counted);
             server.transfer.crc_at = at.saturating_add(u32::from(piece.count));
         }
         server.transfer.next = transfer.next.saturating_add(1);
@@ -196,7 +196,7 @@ impl<M: NodeMemory> Node<M> {
         };
         let server = self.server(n);
         server.transfer.phase = Phase::BlockUploadEnd;
-        let [low, high] = transfer.crc.to_le_bytes();
+        let [low, high] = transfer.crc.get().to_le_bytes();
         server.reply = [0xC1 | (7 - piece.count) << 2, low, high, 0, 0, 0, 0, 0];
         self.await_client(n, now);
         self.outbox.post(Slot::Sdo(n));

@@ -6,6 +6,7 @@
 
 mod block_download;
 mod block_upload;
+pub mod client;
 mod crc;
 mod request;
 mod segments;
