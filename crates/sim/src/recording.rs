@@ -7,12 +7,16 @@
 //! ```text
 //! servobus run 1
 //! seed 42
+//! bit-rate 1M
 //! drive 1 p3
 //! stored 1 53425031…
 //! (0.020000000) client1 000#8100
 //! block 1 on 0.350000000
 //! end 10.000000000
 //! ```
+//!
+//! Drives without a node ID are `u1`, `u2` and so on ([`Place`]). Without its line the bit rate is
+//! 1 Mbit/s.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -20,12 +24,13 @@ use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use bus::recording::candump::{self, Content, Reader, write_line};
-use can::Frame;
-use canopen::{Instant, NodeId};
+use can::{BitRate, Frame, UnknownBitRate};
+use canopen::Instant;
 use personalities::Personality;
 
 use crate::flash_file::FlashFile;
 use crate::medium::Traffic;
+use crate::place::{NoPlace, Place};
 use crate::{Bus, BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
@@ -47,7 +52,7 @@ pub struct Injection {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoredBefore {
     /// Whose.
-    pub node: NodeId,
+    pub place: Place,
     /// The store's bytes.
     pub bytes: Vec<u8>,
 }
@@ -57,8 +62,10 @@ pub struct StoredBefore {
 pub struct RunHeader {
     /// The seed.
     pub seed: u64,
-    /// Node IDs and what drives they are.
-    pub drives: Vec<(NodeId, &'static Personality)>,
+    /// The bit rate of outside programs.
+    pub bit_rate: BitRate,
+    /// Places and what drives are there.
+    pub drives: Vec<(Place, &'static Personality)>,
     /// What they have stored.
     pub stored: Vec<StoredBefore>,
 }
@@ -69,12 +76,13 @@ impl RunHeader {
         let drives = &settings.drives;
         RunHeader {
             seed: settings.seed,
-            drives: drives.iter().map(|d| (d.node, d.personality)).collect(),
+            bit_rate: settings.bit_rate,
+            drives: drives.iter().map(|d| (d.place, d.personality)).collect(),
             stored: drives
                 .iter()
                 .filter(|drive| !drive.store.bytes().is_empty())
                 .map(|drive| StoredBefore {
-                    node: drive.node,
+                    place: drive.place,
                     bytes: drive.store.bytes().to_vec(),
                 })
                 .collect(),
@@ -85,17 +93,18 @@ impl RunHeader {
         let drives = self
             .drives
             .iter()
-            .map(|&(node, personality)| {
-                let stored = self.stored.iter().find(|stored| stored.node == node);
+            .map(|&(place, personality)| {
+                let stored = self.stored.iter().find(|stored| stored.place == place);
                 let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
                 DriveSettings {
                     store: FlashFile::memory(bytes),
-                    ..DriveSettings::new(node, personality)
+                    ..DriveSettings::at(place, personality)
                 }
             })
             .collect();
         BusSettings {
             seed: self.seed,
+            bit_rate: self.bit_rate,
             drives,
         }
     }
@@ -105,7 +114,7 @@ impl RunHeader {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cause {
     Frame { client: u32, frame: Frame },
-    Block { node: NodeId, blocked: bool },
+    Block { place: Place, blocked: bool },
     End,
 }
 
@@ -134,15 +143,16 @@ impl Recording {
         let mut run = BufWriter::new(File::create(run_path(path))?);
         writeln!(run, "{FIRST_LINE}")?;
         writeln!(run, "seed {}", header.seed)?;
-        for (node, personality) in &header.drives {
-            writeln!(run, "drive {node} {}", personality.name)?;
+        writeln!(run, "bit-rate {}", header.bit_rate.word())?;
+        for (place, personality) in &header.drives {
+            writeln!(run, "drive {place} {}", personality.name)?;
         }
         for stored in &header.stored {
             let hex = stored.bytes.iter().fold(String::new(), |mut hex, byte| {
                 let _ = write!(hex, "{byte:02X}");
                 hex
             });
-            writeln!(run, "stored {} {hex}", stored.node)?;
+            writeln!(run, "stored {} {hex}", stored.place)?;
         }
         Ok(Recording {
             log,
@@ -173,9 +183,9 @@ impl Recording {
     ///
     /// # Errors
     /// Those of the file system.
-    pub fn block(&mut self, at: Instant, node: NodeId, blocked: bool) -> io::Result<()> {
+    pub fn block(&mut self, at: Instant, place: Place, blocked: bool) -> io::Result<()> {
         let state = if blocked { "on" } else { "off" };
-        writeln!(self.run, "block {node} {state} {}", seconds(at))
+        writeln!(self.run, "block {place} {state} {}", seconds(at))
     }
 
     /// Ends the recording at the time that the run has reached. Returns the frames in the log.
@@ -270,8 +280,8 @@ pub fn replay(path: &Path, output: &mut impl Write) -> Result<Replayed, ReadErro
         write_traffic(&mut bus, output, &mut replayed.frames)?;
         match cause {
             Cause::Frame { client, frame } => bus.send(client, frame),
-            Cause::Block { node, blocked } => {
-                if let Some(drive) = bus.drive(node) {
+            Cause::Block { place, blocked } => {
+                if let Some(drive) = bus.drive_at(place) {
                     drive.plant().set_blocked(blocked);
                 }
             }
@@ -313,6 +323,7 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
     let mut run = Run {
         header: RunHeader {
             seed: 0,
+            bit_rate: BitRate::Mbit1,
             drives: Vec::new(),
             stored: Vec::new(),
         },
@@ -367,19 +378,24 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
     let (_, keyword) = words.next("a keyword")?;
     match keyword {
         "seed" => run.header.seed = words.number("the seed")?,
+        "bit-rate" => {
+            let (column, rate) = words.next("a bit rate")?;
+            let rate: Result<BitRate, UnknownBitRate> = rate.parse();
+            run.header.bit_rate = rate.map_err(|error| (column, error.to_string()))?;
+        }
         "drive" => {
             let at = words.at;
-            let node = words.node()?;
-            if run.header.drives.iter().any(|(other, _)| *other == node) {
-                return Err((at + 2, format!("node {node} is there twice")));
+            let place = words.place()?;
+            if run.header.drives.iter().any(|(other, _)| *other == place) {
+                return Err((at + 2, format!("drive {place} is there twice")));
             }
             let (column, name) = words.next("the kind of drive")?;
             let personality = personalities::by_name(name)
                 .ok_or_else(|| (column, format!("no drive is called '{name}'")))?;
-            run.header.drives.push((node, personality));
+            run.header.drives.push((place, personality));
         }
         "stored" => {
-            let node = words.node()?;
+            let place = words.place()?;
             let (column, hex) = words.next("the stored bytes")?;
             let bytes = from_hex(hex).ok_or_else(|| {
                 (
@@ -387,10 +403,10 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
                     "pairs of hexadecimal digits are expected".to_owned(),
                 )
             })?;
-            run.header.stored.push(StoredBefore { node, bytes });
+            run.header.stored.push(StoredBefore { place, bytes });
         }
         "block" => {
-            let node = words.node()?;
+            let place = words.place()?;
             let (column, state) = words.next("on or off")?;
             let blocked = match state {
                 "on" => true,
@@ -398,7 +414,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
                 _ => return Err((column, "on or off is expected".to_owned())),
             };
             let at = words.time()?;
-            push(run, at, Cause::Block { node, blocked })?;
+            push(run, at, Cause::Block { place, blocked })?;
         }
         "end" => {
             let at = words.time()?;
@@ -406,8 +422,8 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         }
         _ => {
             let what = format!(
-                "'{keyword}' is no keyword of a run file: seed, drive, stored, block, end, or a \
-                 frame '(seconds) client1 181#00'"
+                "'{keyword}' is no keyword of a run file: seed, bit-rate, drive, stored, block, \
+                 end, or a frame '(seconds) client1 181#00'"
             );
             return Err((1, what));
         }
@@ -482,10 +498,10 @@ impl<'a> Words<'a> {
             .map_err(|_| (column, format!("{what} is expected, a whole number")))
     }
 
-    fn node(&mut self) -> Result<NodeId, Wrong> {
+    fn place(&mut self) -> Result<Place, Wrong> {
         let (column, word) = self.next("a node ID")?;
-        let id = word.parse().ok().and_then(NodeId::new);
-        id.ok_or_else(|| (column, "a node ID is a number from 1 to 127".to_owned()))
+        word.parse()
+            .map_err(|error: NoPlace| (column, error.to_string()))
     }
 
     fn time(&mut self) -> Result<Instant, Wrong> {

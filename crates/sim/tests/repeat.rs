@@ -10,8 +10,8 @@ use canopen::Instant;
 use rand_core::{RngCore as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sim::{
-    Bus, BusSettings, FlashFile, Injection, ReadError, Recording, RunHeader, Traffic, replay,
-    run_fleet,
+    Bus, BusSettings, FlashFile, Injection, Place, ReadError, Recording, RunHeader, Traffic,
+    replay, run_fleet,
 };
 
 /// A script of outside frames that makes three drives do all sorts of things, garbage included.
@@ -77,10 +77,7 @@ fn script(seed: u64) -> Vec<(Instant, u32, can::Frame)> {
 }
 
 fn settings(seed: u64) -> BusSettings {
-    BusSettings {
-        seed,
-        drives: vec![p3(1), p3(2), p3(3)],
-    }
+    BusSettings::new(seed, vec![p3(1), p3(2), p3(3)])
 }
 
 const END: Instant = Instant(300_000_000);
@@ -234,7 +231,7 @@ fn a_recording_replays_byte_for_byte() {
         if at > Instant(150_000_000) && !blocked {
             blocked = true;
             bus.drive(id(1)).unwrap().plant().set_blocked(true);
-            recording.block(at, id(1), true).unwrap();
+            recording.block(at, Place::of_node(id(1)), true).unwrap();
         }
         recording
             .injection(&Injection { at, client, frame })

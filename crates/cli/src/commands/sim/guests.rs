@@ -4,11 +4,9 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use bus::{ClientId, Doors, LeaveReason};
+use can::BitRate;
 
 use crate::output::tell;
-
-/// Bits per second of the simulated bus.
-const BIT_RATE: u32 = 1_000_000;
 
 /// Who is on the bus. The simulation knows outside programs by numbers, counted in the order in
 /// which they joined, so that a recording does not depend on anything else.
@@ -35,6 +33,7 @@ impl Guests {
         peer: SocketAddr,
         listen_only: bool,
         bit_rate: Option<u32>,
+        common: BitRate,
     ) {
         self.joined += 1;
         let number = self.joined;
@@ -44,10 +43,11 @@ impl Guests {
         tell(format_args!(
             "client {number} joined from {peer} at {door}{only}"
         ));
-        if let Some(rate) = bit_rate.filter(|rate| *rate != BIT_RATE) {
+        let common = common.bit_s();
+        if let Some(rate) = bit_rate.filter(|rate| *rate != common) {
             tell(format_args!(
-                "warning: client {number} asked for {rate} bit/s; this bus has {BIT_RATE}, and on \
-                 a real one it would now disturb everybody"
+                "warning: client {number} asked for {rate} bit/s; this bus has {common}, and on a \
+                 real one it would now disturb everybody"
             ));
         }
     }

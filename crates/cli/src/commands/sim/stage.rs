@@ -6,6 +6,7 @@ use std::time::{Duration, Instant as RealTime};
 
 use ::sim::{Bus, Injection, Pacer, Recording, Sender};
 use bus::{Doors, Event};
+use can::BitRate;
 use canopen::Instant;
 
 use super::guests::Guests;
@@ -69,6 +70,8 @@ pub(super) struct Stage {
     guests: Guests,
     log: Option<Log>,
     frames: u64,
+    /// The bit rate that was last told.
+    bit_rate: BitRate,
     /// When something last happened on the bus.
     lively_at: Option<Instant>,
 }
@@ -76,6 +79,7 @@ pub(super) struct Stage {
 impl Stage {
     pub(super) fn new(bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
         Stage {
+            bit_rate: bus.bit_rate(),
             bus,
             doors,
             guests: Guests::default(),
@@ -85,11 +89,16 @@ impl Stage {
         }
     }
 
+    /// The bus as it is now.
+    pub(super) fn bus(&self) -> &Bus {
+        &self.bus
+    }
+
     /// Lets the drives boot, without pacing, so that whoever is told that they are ready is not
     /// ignored by a drive that is still booting.
     pub(super) fn boot(&mut self, end: Instant) -> Result<(), Failure> {
         let end = end.min(self.bus.now().plus_ns(BOOT_NS));
-        let booting = |bus: &Bus| bus.drives().iter().any(|drive| drive.core().is_none());
+        let booting = |bus: &Bus| bus.drives().iter().any(|drive| drive.is_booting());
         while self.bus.now() < end && booting(&self.bus) {
             self.advance(end.min(self.bus.now().plus_ns(BOOT_STEP_NS)))?;
         }
@@ -173,6 +182,13 @@ impl Stage {
         for notice in self.bus.take_notices() {
             tell(notice);
         }
+        if self.bus.bit_rate() != self.bit_rate {
+            self.bit_rate = self.bus.bit_rate();
+            tell(format_args!(
+                "the bus has {} now, as an LSS master said; outside programs follow",
+                self.bit_rate
+            ));
+        }
         if let Some(log) = &mut self.log
             && log.flushed.elapsed() >= FLUSH
         {
@@ -187,6 +203,7 @@ impl Stage {
         let Some(doors) = &mut self.doors else {
             return Ok(());
         };
+        let common = self.bus.bit_rate();
         while let Some(event) = doors.take() {
             match event {
                 Event::Joined {
@@ -197,7 +214,7 @@ impl Stage {
                     bit_rate,
                 } => self
                     .guests
-                    .join(client, doors, door, peer, listen_only, bit_rate),
+                    .join(client, doors, door, peer, listen_only, bit_rate, common),
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
                     self.guests.refuse(doors, door, peer, &reason);
