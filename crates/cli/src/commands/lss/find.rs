@@ -50,9 +50,15 @@ impl Search {
     }
 
     fn settings(&self) -> canopen::lss::Settings {
+        let settings = self.common.settings();
+        let scan_ms = milliseconds(self.scan_timeout);
+        // Where answers come late, those of the other devices come later, too.
+        let longer = u32::from(settings.settle_ms) * u32::from(scan_ms) / u32::from(SCAN_MS);
+        let settle_ms = u16::try_from(longer).unwrap_or(u16::MAX);
         canopen::lss::Settings {
-            scan_ms: milliseconds(self.scan_timeout),
-            ..self.common.settings()
+            scan_ms,
+            settle_ms: settings.settle_ms.max(settle_ms),
+            ..settings
         }
     }
 }
