@@ -3,6 +3,7 @@
 use can::{BitRate, Frame};
 use canopen::{Instant, NodeId};
 
+use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
 use crate::medium::{Ended, InFlight, Media, Medium, Sender, Traffic};
@@ -17,16 +18,19 @@ pub struct BusSettings {
     pub seed: u64,
     /// The bit rate of outside programs, and of each drive in which LSS has stored no other.
     pub bit_rate: BitRate,
+    /// What is done to frames between outside programs and the bus.
+    pub disturbance: Disturbance,
     /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
 }
 
 impl BusSettings {
-    /// A bus of 1 Mbit/s.
+    /// A bus of 1 Mbit/s, undisturbed.
     pub fn new(seed: u64, drives: Vec<DriveSettings>) -> BusSettings {
         BusSettings {
             seed,
             bit_rate: BitRate::Mbit1,
+            disturbance: Disturbance::default(),
             drives,
         }
     }
@@ -68,7 +72,7 @@ impl Bus {
             due_is_stale: true,
             busy_ns: 0,
             drives,
-            gateway: Gateway::new(bit_rate),
+            gateway: Gateway::new(bit_rate, settings.disturbance, seed),
             traffic: Vec::new(),
             notices: Vec::new(),
             probe: None,
@@ -110,8 +114,15 @@ impl Bus {
     /// An outside program sends a frame now. It goes onto the wire when it wins arbitration. Call
     /// [`Bus::run_until`] with the present time before each call, as [`crate::replay`] does: of
     /// frames sent at one instant the first then takes a free wire, also in a replay.
-    pub fn send(&mut self, client: u32, frame: Frame) {
-        self.gateway.push(client, frame);
+    ///
+    /// How often it goes onto the wire: once, unless the bus is disturbed.
+    pub fn send(&mut self, client: u32, frame: Frame) -> u8 {
+        self.gateway.push(client, frame)
+    }
+
+    /// What [`BusSettings::disturbance`] has done to frames on the way to the bus, and from it.
+    pub fn disturbed(&self) -> [Disturbed; 2] {
+        self.gateway.disturbed()
     }
 
     /// Outside frames that wait for the wire.
@@ -347,6 +358,7 @@ impl Bus {
                         at: now,
                         frame: *frame,
                         sender: *sender,
+                        copies: self.gateway.copies(*sender),
                     });
                 }
             }

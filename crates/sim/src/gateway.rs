@@ -6,6 +6,9 @@ use can::{BitRate, Frame};
 use canopen::Instant;
 use canopen::lss::Request;
 
+use crate::disturbance::{Disturbance, Disturbed, Disturber};
+use crate::medium::Sender;
+
 /// Queues of outside clients. They share one controller, as the programs on one computer share one
 /// interface: two of them never collide on the wire.
 #[derive(Debug)]
@@ -18,17 +21,22 @@ pub(crate) struct Gateway {
     changes: bool,
     /// A frame of it is on the wire.
     pub(crate) sends: bool,
+    /// On the way to the bus, and from it.
+    inward: Disturber,
+    outward: Disturber,
 }
 
 impl Gateway {
     /// One without clients.
-    pub(crate) fn new(bit_rate: BitRate) -> Gateway {
+    pub(crate) fn new(bit_rate: BitRate, disturbance: Disturbance, seed: u64) -> Gateway {
         Gateway {
             queues: BTreeMap::new(),
             bit_rate,
             tuned_at: Instant::ZERO,
             changes: false,
             sends: false,
+            inward: Disturber::new(disturbance, seed, 0),
+            outward: Disturber::new(disturbance, seed, 1),
         }
     }
 
@@ -51,9 +59,27 @@ impl Gateway {
         }
     }
 
-    /// `client` wants to send `frame`.
-    pub(crate) fn push(&mut self, client: u32, frame: Frame) {
-        self.queues.entry(client).or_default().push_back(frame);
+    /// `client` wants to send `frame`. How often it waits now.
+    pub(crate) fn push(&mut self, client: u32, frame: Frame) -> u8 {
+        let copies = self.inward.copies();
+        for _ in 0..copies {
+            self.queues.entry(client).or_default().push_back(frame);
+        }
+        copies
+    }
+
+    /// How often clients get a frame of this sender. They share one controller, so what one of them
+    /// sends reaches the others undisturbed.
+    pub(crate) fn copies(&mut self, sender: Sender) -> u8 {
+        match sender {
+            Sender::Drive(_) => self.outward.copies(),
+            Sender::Outside(_) => 1,
+        }
+    }
+
+    /// What was disturbed on the way to the bus, and from it.
+    pub(crate) fn disturbed(&self) -> [Disturbed; 2] {
+        [self.inward.done, self.outward.done]
     }
 
     /// The waiting frame that would win arbitration, and whose it is. Each client's frames keep

@@ -10,6 +10,7 @@
 //! can be repeated.
 mod bus;
 mod controller;
+mod disturbance;
 mod drive;
 mod flash;
 mod flash_file;
@@ -28,6 +29,7 @@ mod store;
 
 pub use bus::{Bus, BusSettings};
 pub use can::BitRate;
+pub use disturbance::{Disturbance, Disturbed, NoShare, Share};
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
 pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;

@@ -34,6 +34,8 @@ pub struct Traffic {
     pub frame: Frame,
     /// Who sent it.
     pub sender: Sender,
+    /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`]).
+    pub copies: u8,
 }
 
 /// A participant's error counters (ISO 11898-1, fault confinement).

@@ -16,7 +16,9 @@
 //! ```
 //!
 //! Drives without a node ID are `u1`, `u2` and so on ([`Place`]). Without its line the bit rate is
-//! 1 Mbit/s.
+//! 1 Mbit/s. A disturbed bus has the lines `lose 1%` and `duplicate 0.5%`, too; outside frames are
+//! written down before they are disturbed, and what outside programs got of the drives' frames is
+//! not in the log.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -28,6 +30,7 @@ use can::{BitRate, Frame, UnknownBitRate};
 use canopen::Instant;
 use personalities::Personality;
 
+use crate::disturbance::{Disturbance, NoShare, Share};
 use crate::flash_file::FlashFile;
 use crate::medium::Traffic;
 use crate::place::{NoPlace, Place};
@@ -64,6 +67,8 @@ pub struct RunHeader {
     pub seed: u64,
     /// The bit rate of outside programs.
     pub bit_rate: BitRate,
+    /// What was done to frames between them and the bus.
+    pub disturbance: Disturbance,
     /// Places and what drives are there.
     pub drives: Vec<(Place, &'static Personality)>,
     /// What they have stored.
@@ -77,6 +82,7 @@ impl RunHeader {
         RunHeader {
             seed: settings.seed,
             bit_rate: settings.bit_rate,
+            disturbance: settings.disturbance,
             drives: drives.iter().map(|d| (d.place, d.personality)).collect(),
             stored: drives
                 .iter()
@@ -105,6 +111,7 @@ impl RunHeader {
         BusSettings {
             seed: self.seed,
             bit_rate: self.bit_rate,
+            disturbance: self.disturbance,
             drives,
         }
     }
@@ -144,6 +151,10 @@ impl Recording {
         writeln!(run, "{FIRST_LINE}")?;
         writeln!(run, "seed {}", header.seed)?;
         writeln!(run, "bit-rate {}", header.bit_rate.word())?;
+        if !header.disturbance.is_none() {
+            writeln!(run, "lose {}", header.disturbance.lose)?;
+            writeln!(run, "duplicate {}", header.disturbance.duplicate)?;
+        }
         for (place, personality) in &header.drives {
             writeln!(run, "drive {place} {}", personality.name)?;
         }
@@ -279,7 +290,9 @@ pub fn replay(path: &Path, output: &mut impl Write) -> Result<Replayed, ReadErro
         replayed.end = at;
         write_traffic(&mut bus, output, &mut replayed.frames)?;
         match cause {
-            Cause::Frame { client, frame } => bus.send(client, frame),
+            Cause::Frame { client, frame } => {
+                bus.send(client, frame);
+            }
             Cause::Block { place, blocked } => {
                 if let Some(drive) = bus.drive_at(place) {
                     drive.plant().set_blocked(blocked);
@@ -324,6 +337,7 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
         header: RunHeader {
             seed: 0,
             bit_rate: BitRate::Mbit1,
+            disturbance: Disturbance::default(),
             drives: Vec::new(),
             stored: Vec::new(),
         },
@@ -383,6 +397,8 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
             let rate: Result<BitRate, UnknownBitRate> = rate.parse();
             run.header.bit_rate = rate.map_err(|error| (column, error.to_string()))?;
         }
+        "lose" => run.header.disturbance.lose = words.share()?,
+        "duplicate" => run.header.disturbance.duplicate = words.share()?,
         "drive" => {
             let at = words.at;
             let place = words.place()?;
@@ -422,8 +438,8 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         }
         _ => {
             let what = format!(
-                "'{keyword}' is no keyword of a run file: seed, bit-rate, drive, stored, block, \
-                 end, or a frame '(seconds) client1 181#00'"
+                "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
+                 stored, block, end, or a frame '(seconds) client1 181#00'"
             );
             return Err((1, what));
         }
@@ -502,6 +518,12 @@ impl<'a> Words<'a> {
         let (column, word) = self.next("a node ID")?;
         word.parse()
             .map_err(|error: NoPlace| (column, error.to_string()))
+    }
+
+    fn share(&mut self) -> Result<Share, Wrong> {
+        let (column, word) = self.next("a share of the frames")?;
+        word.parse()
+            .map_err(|error: NoShare| (column, error.to_string()))
     }
 
     fn time(&mut self) -> Result<Instant, Wrong> {

@@ -10,7 +10,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{Bus, BusSettings, DriveSettings, FlashFile, Recording, RunHeader, StoreError};
+use ::sim::{
+    Bus, BusSettings, Disturbance, DriveSettings, FlashFile, Recording, RunHeader, Share,
+    StoreError,
+};
 use bus::{Doors, Endpoint, Options, Protocol};
 use can::BitRate;
 use canopen::Instant;
@@ -72,9 +75,25 @@ pub(crate) struct Arguments {
     /// End after this simulated time, as in 10s, 500ms or 2m.
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = time_span::parse)]
     time: Option<Duration>,
-    /// From it everything random follows: latencies, serial numbers.
+    /// From it everything random follows: latencies, serial numbers, disturbances.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Lose so many of the frames between outside programs and the bus, in each direction, as in 1%.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "0%",
+        allow_hyphen_values = true
+    )]
+    lose: Share,
+    /// Let so many of them come twice, as in 0.5%.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "0%",
+        allow_hyphen_values = true
+    )]
+    duplicate: Share,
     /// Write all frames to FILE, and to FILE.run what they follow from. Existing files are replaced.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -143,6 +162,10 @@ impl Arguments {
         let drives: Result<Vec<DriveSettings>, Failure> = self.nodes.places().map(drive).collect();
         Ok(BusSettings {
             bit_rate: self.bit_rate,
+            disturbance: Disturbance {
+                lose: self.lose,
+                duplicate: self.duplicate,
+            },
             ..BusSettings::new(self.seed, drives?)
         })
     }
@@ -259,6 +282,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let addresses = doors
         .as_ref()
         .map_or(vec![], |doors| doors.addresses().to_vec());
+    let disturbance = settings.disturbance;
     let mut stage = Stage::new(Bus::new(settings), doors, log);
     let began = std::time::Instant::now();
     stage.boot(end)?;
@@ -268,6 +292,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,
     }
     let summary = stage.finish(began.elapsed())?;
-    output::print(summary)?;
+    if !disturbance.is_none() {
+        let [inward, outward] = summary.disturbed;
+        output::tell(format_args!(
+            "disturbed on purpose: {inward} frames to the bus, {outward} from it"
+        ));
+    }
+    output::print(summary.text)?;
     Ok(ExitCode::SUCCESS)
 }

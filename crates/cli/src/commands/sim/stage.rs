@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant as RealTime};
 
-use ::sim::{Bus, Injection, Pacer, Recording, Sender};
+use ::sim::{Bus, Disturbed, Injection, Pacer, Recording, Sender};
 use bus::{Doors, Event};
 use can::BitRate;
 use canopen::Instant;
@@ -60,6 +60,15 @@ fn lost(path: &std::path::Path, error: &std::io::Error) -> Failure {
     Failure::input(format!(
         "{path}: cannot record any more: {error}; the simulation ends here"
     ))
+}
+
+/// What there was.
+#[derive(Debug)]
+pub(super) struct Summary {
+    /// Times, frames and load, for people.
+    pub(super) text: String,
+    /// What was disturbed on the way to the bus, and from it.
+    pub(super) disturbed: [Disturbed; 2],
 }
 
 /// A simulated bus with its doors and its recording.
@@ -172,7 +181,9 @@ impl Stage {
                 Sender::Outside(number) => self.guests.sent(number, doors),
                 Sender::Drive(_) => None,
             };
-            doors.deliver(&traffic.frame, traffic.at.0, sender);
+            for _ in 0..traffic.copies {
+                doors.deliver(&traffic.frame, traffic.at.0, sender);
+            }
         }
         if let Some(doors) = &mut self.doors
             && self.bus.outside_waiting() == 0
@@ -219,8 +230,8 @@ impl Stage {
                 Event::Refused { door, peer, reason } => {
                     self.guests.refuse(doors, door, peer, &reason);
                 }
-                Event::Frame { client, frame } => {
-                    let Some(client) = self.guests.sends(client) else {
+                Event::Frame { client: id, frame } => {
+                    let Some(client) = self.guests.sends(id) else {
                         continue;
                     };
                     let at = self.bus.now();
@@ -232,7 +243,10 @@ impl Stage {
                             recording.injection(&Injection { at, client, frame })
                         })?;
                     }
-                    self.bus.send(client, frame);
+                    if self.bus.send(client, frame) == 0 {
+                        // It is lost, and another may come.
+                        self.guests.sent(client, doors);
+                    }
                     self.lively_at = Some(at);
                 }
             }
@@ -241,7 +255,7 @@ impl Stage {
     }
 
     /// Ends the recording and says what there was.
-    pub(super) fn finish(self, real: Duration) -> Result<String, Failure> {
+    pub(super) fn finish(self, real: Duration) -> Result<Summary, Failure> {
         let now = self.bus.now();
         if let Some(log) = self.log {
             let finished = log.recording.finish(now);
@@ -254,11 +268,15 @@ impl Stage {
             0 => 0.0,
             ns => 100.0 * self.bus.busy_ns() as f64 / ns as f64,
         };
-        Ok(format!(
+        let text = format!(
             "simulated {simulated:.3} s in {real:.3} s, {:.2} times real time; {frames} frames, bus \
              load {load:.2} %",
             simulated / real
-        ))
+        );
+        Ok(Summary {
+            text,
+            disturbed: self.bus.disturbed(),
+        })
     }
 }
 
