@@ -32,8 +32,6 @@ impl Guests {
         door: usize,
         peer: SocketAddr,
         listen_only: bool,
-        bit_rate: Option<u32>,
-        common: BitRate,
     ) {
         self.joined += 1;
         let number = self.joined;
@@ -43,8 +41,14 @@ impl Guests {
         tell(format_args!(
             "client {number} joined from {peer} at {door}{only}"
         ));
+    }
+
+    /// Somebody who has just joined asked for a bit rate, in bits per second. `common` is the bus's.
+    pub(super) fn check_rate(&self, client: ClientId, asked: Option<u32>, common: BitRate) {
         let common = common.bit_s();
-        if let Some(rate) = bit_rate.filter(|rate| *rate != common) {
+        if let Some(rate) = asked.filter(|rate| *rate != common)
+            && let Some(number) = self.number(client)
+        {
             tell(format_args!(
                 "warning: client {number} asked for {rate} bit/s; this bus has {common}, and on a \
                  real one it would now disturb everybody"

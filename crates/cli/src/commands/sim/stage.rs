@@ -223,9 +223,10 @@ impl Stage {
                     peer,
                     listen_only,
                     bit_rate,
-                } => self
-                    .guests
-                    .join(client, doors, door, peer, listen_only, bit_rate, common),
+                } => {
+                    self.guests.join(client, doors, door, peer, listen_only);
+                    self.guests.check_rate(client, bit_rate, common);
+                }
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
                     self.guests.refuse(doors, door, peer, &reason);
