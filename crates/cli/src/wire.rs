@@ -7,12 +7,12 @@ use can::Frame;
 use canopen::Instant;
 use client::{Link, LinkError};
 
-use crate::Failure;
+use crate::{Failure, output};
 
 /// Where the bus is that a subcommand talks to.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct WireArguments {
-    /// The bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT.
+    /// The bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or socketcan://INTERFACE.
     #[arg(
         long,
         value_name = "ENDPOINT",
@@ -53,6 +53,13 @@ pub(crate) fn run<T>(
     })
 }
 
+/// Tells people what the controller's driver has reported.
+pub(crate) fn tell_reports(connection: &mut Connection) {
+    for report in connection.take_reports() {
+        output::tell(format_args!("{}: {report}", connection.endpoint()));
+    }
+}
+
 /// A [`Link`] to a bus in real time, which counts from the connection.
 #[derive(Debug)]
 pub(crate) struct WireLink {
@@ -90,6 +97,7 @@ impl Link for WireLink {
 
     async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {
         let sent = self.connection.send(frame).await;
+        tell_reports(&mut self.connection);
         sent.map_err(|error| self.lost(&error))
     }
 
@@ -98,7 +106,9 @@ impl Link for WireLink {
         // already is found.
         tokio::task::yield_now().await;
         let longest = Duration::from_nanos(until.since_ns(self.now()));
-        match tokio::time::timeout(longest, self.connection.receive()).await {
+        let received = tokio::time::timeout(longest, self.connection.receive()).await;
+        tell_reports(&mut self.connection);
+        match received {
             Ok(Ok(received)) => Ok(Some((self.now(), received.frame))),
             Ok(Err(error)) => Err(self.lost(&error)),
             Err(_) => Ok(None),

@@ -9,7 +9,7 @@ use personalities::Personality;
 use tokio::time::timeout;
 
 use super::stop::Stop;
-use crate::wire::WireArguments;
+use crate::wire::{WireArguments, tell_reports};
 use crate::{Failure, drive_kind, output, time_span};
 
 /// Print the frames of a bus and what they mean, until Ctrl-C or for some time.
@@ -57,7 +57,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             if left.is_zero() {
                 break;
             }
-            let Ok(received) = timeout(left.min(LOOK), connection.receive()).await else {
+            let received = timeout(left.min(LOOK), connection.receive()).await;
+            tell_reports(&mut connection);
+            let Ok(received) = received else {
                 continue;
             };
             let received = received.map_err(Failure::unsuccessful)?;

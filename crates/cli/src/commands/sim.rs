@@ -29,6 +29,7 @@ Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
+  servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
   servobus sim --record run.log                     can-utils and python-can read run.log;
                                                     servobus replay run.log repeats the run
@@ -44,8 +45,9 @@ pub(crate) struct Arguments {
     /// Their node IDs: 5, 1-3 or 1,4.
     #[arg(long, default_value = "1-3", allow_hyphen_values = true)]
     nodes: NodeList,
-    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT;
-    /// may be given several times; `none` opens no door [default: socketcand://127.0.0.1:29536]
+    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or
+    /// a CAN interface of this (Linux) machine, socketcan://INTERFACE; may be given several times;
+    /// `none` opens no door [default: socketcand://127.0.0.1:29536]
     #[arg(long, value_name = "ENDPOINT")]
     bus: Vec<Door>,
     /// Listen on addresses that other machines can reach. There is no password: whoever reaches
@@ -170,7 +172,7 @@ fn door_line(door: &Endpoint) -> String {
             let address = whole.strip_suffix(&channel).unwrap_or(&whole);
             format!("{address} channel {}", door.channel())
         }
-        Protocol::Slcan => whole,
+        Protocol::Slcan | Protocol::SocketCan => whole,
     }
 }
 

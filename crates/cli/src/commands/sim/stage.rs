@@ -197,11 +197,12 @@ impl Stage {
                     bit_rate,
                 } => self
                     .guests
-                    .join(client, doors, door, peer, listen_only, bit_rate),
+                    .join(client, doors, door, &peer, listen_only, bit_rate),
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
-                    self.guests.refuse(doors, door, peer, &reason);
+                    self.guests.refuse(doors, door, &peer, &reason);
                 }
+                Event::Trouble { door, trouble } => self.guests.trouble(doors, door, &trouble),
                 Event::Frame { client, frame } => {
                     let Some(client) = self.guests.sends(client) else {
                         continue;
