@@ -56,7 +56,7 @@ def test_a_client_is_told(vcan1, lose, words):
 
 def test_the_drives_come_back_with_their_interface(vcan1):
     drives = Simulation("1", directory() / "lost.log", [f"socketcan://{vcan1}"])
-    told = lambda: drives.stderr.read_text()  # noqa: E731
+    told = drives.stderr.read_text
 
     def are_there():
         assert scan(vcan1, "1") == [1]

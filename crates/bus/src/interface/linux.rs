@@ -5,6 +5,7 @@ use crate::ErrorFrame;
 use can::Frame;
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Socket as _, SocketOptions as _};
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
@@ -17,11 +18,16 @@ const AGAIN: Duration = Duration::from_micros(500);
 /// Receive buffer asked for, bytes: some 1000 frames. The system may give less.
 const BUFFER_BYTES: usize = 1 << 20;
 
+/// An interface that is deleted goes down first. So long after that, it is clear which it is.
+const FATE: Duration = Duration::from_millis(20);
+
 /// An open interface.
 #[derive(Debug)]
 pub(crate) struct Interface {
     name: String,
     socket: AsyncFd<CanSocket>,
+    /// The system has said that it is down, which it does once.
+    down: AtomicBool,
 }
 
 impl Interface {
@@ -29,13 +35,24 @@ impl Interface {
     pub(crate) fn open(name: &str) -> Result<Interface, InterfaceError> {
         let socket = CanSocket::open(name).map_err(|error| cannot_open(name, error))?;
         let socket = prepare(socket).map_err(|error| trouble(name, error))?;
-        let name = name.to_owned();
-        Ok(Interface { name, socket })
+        Ok(Interface {
+            name: name.to_owned(),
+            socket,
+            down: AtomicBool::new(false),
+        })
     }
 
     /// What comes next; waits for it. May be cancelled without losing anything.
     pub(crate) async fn receive(&self) -> Result<Heard, InterfaceError> {
         loop {
+            if self.down.load(Ordering::Relaxed) {
+                sleep(FATE).await;
+                let name = self.name.clone();
+                return Err(match is_interface(&name) {
+                    true => InterfaceError::Down { name },
+                    false => InterfaceError::Missing { name },
+                });
+            }
             // An interface that goes down is told as an error alone, with nothing to be read.
             let interest = Interest::READABLE | Interest::ERROR;
             let read = self
@@ -47,6 +64,9 @@ impl Interface {
                         let stamp_ns = since_1970_ns(at);
                         return Ok(Heard { stamp_ns, what });
                     }
+                }
+                Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => {
+                    self.down.store(true, Ordering::Relaxed);
                 }
                 Err(error) => return Err(trouble(&self.name, error)),
             }

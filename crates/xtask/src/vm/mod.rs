@@ -71,7 +71,7 @@ fn job(workspace: &Workspace, python: &Path) -> String {
         "cd {root} || exit 9\n\
          export SERVOBUS={servobus} SERVOBUS_OUTSIDE_DIR=/out SLCAN_SERIAL=/dev/ttyS1\n\
          export PYTHONDONTWRITEBYTECODE=1 PYTHONUNBUFFERED=1\n\
-         {python} -m pytest -p no:cacheprovider -ra --durations 5 {TESTS}\n",
+         {python} -m pytest -p no:cacheprovider -ra --color no --durations 5 {TESTS}\n",
         root = path(workspace.root()),
         servobus = path(&workspace.servobus()),
         python = path(python),
