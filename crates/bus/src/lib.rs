@@ -6,7 +6,7 @@
 //!   thread; the sockets live in a thread of their own.
 //! - [`connect`]: the other end, for a program that talks to a bus behind such a door or at an
 //!   interface, simulated or real.
-//! - [`recording`]: what went over a bus, as candump's log.
+//! - [`recording`]: what went over a bus, as candump's log, pcapng or MCAP.
 //!
 //! Nothing here falls back: a bus that cannot be reached is an error, never an imitation.
 
@@ -19,7 +19,7 @@ pub mod recording;
 mod socketcand;
 
 pub use connection::{
-    Connection, ConnectionError, Options as ConnectOptions, Received, connect, connect_with,
+    Connection, ConnectionError, Options as ConnectOptions, Received, Report, connect, connect_with,
 };
 pub use doors::{ClientId, Doors, Event, LeaveReason, OpenError, Options, Peer, Trouble};
 pub use endpoint::{Endpoint, EndpointError, Protocol};

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant as RealTime};
 
-use bus::{Connection, ConnectionError, Endpoint};
+use bus::{Connection, ConnectionError, Endpoint, Report};
 use can::Frame;
 use canopen::Instant;
 use client::{Link, LinkError};
@@ -53,11 +53,13 @@ pub(crate) fn run<T>(
     })
 }
 
-/// Tells people what the controller's driver has reported.
-pub(crate) fn tell_reports(connection: &mut Connection) {
-    for report in connection.take_reports() {
-        output::tell(format_args!("{}: {report}", connection.endpoint()));
+/// Tells people what the controller's driver has reported, and gives it.
+pub(crate) fn tell_reports(connection: &mut Connection) -> Vec<Report> {
+    let reports = connection.take_reports();
+    for report in &reports {
+        output::tell(format_args!("{}: {}", connection.endpoint(), report.error));
     }
+    reports
 }
 
 /// A [`Link`] to a bus in real time, which counts from the connection.

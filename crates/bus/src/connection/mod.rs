@@ -83,7 +83,16 @@ pub async fn connect_with(
 pub struct Connection {
     endpoint: Endpoint,
     way: Way,
-    reports: Vec<ErrorFrame>,
+    reports: Vec<Report>,
+}
+
+/// An error that the controller's driver has reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// When, in nanoseconds since 1970.
+    pub stamp_ns: u64,
+    /// What.
+    pub error: ErrorFrame,
 }
 
 #[derive(Debug)]
@@ -141,7 +150,9 @@ impl Connection {
                     let stamp_ns = Some(stamp_ns);
                     return Ok(Received { stamp_ns, frame });
                 }
-                What::Error(report) if self.reports.len() < REPORTS => self.reports.push(report),
+                What::Error(error) if self.reports.len() < REPORTS => {
+                    self.reports.push(Report { stamp_ns, error });
+                }
                 What::Error(_) => {}
             }
         }
@@ -149,7 +160,7 @@ impl Connection {
 
     /// The errors that the controller's driver has reported since the last call, at most 100.
     /// Only an interface of this machine has such reports.
-    pub fn take_reports(&mut self) -> Vec<ErrorFrame> {
+    pub fn take_reports(&mut self) -> Vec<Report> {
         std::mem::take(&mut self.reports)
     }
 }
