@@ -98,6 +98,12 @@ class Simulation:
             "sleep_after_open": 0,
         }
 
+    def kill(self) -> None:
+        """Ends it in the middle of what it does."""
+        self._process.kill()
+        self._process.wait(STOP_TIMEOUT_S)
+        self._stderr.close()
+
     def stop(self) -> None:
         """Ends it, as Ctrl-C does; the recording is complete then."""
         if self._process.poll() is None:
