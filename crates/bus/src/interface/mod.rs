@@ -29,6 +29,10 @@ pub(crate) struct Heard {
 
 /// A frame of the bus, or a message from the controller's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    not(target_os = "linux"),
+    expect(dead_code, reason = "other systems have no interfaces to hear")
+)]
 pub(crate) enum What {
     Frame(Frame),
     Error(ErrorFrame),

@@ -109,7 +109,7 @@ fn boot(
     out: &Path,
 ) -> Result<String, Trouble> {
     let mut qemu = workspace.command("timeout");
-    qemu.args([LONGEST, QEMU, "-M", "pc", "-accel", "tcg", "-cpu", "max"]);
+    qemu.args([LONGEST, QEMU, "-M", "pc", "-accel", "tcg"]);
     qemu.args(["-smp", "2", "-m", "768", "-nodefaults", "-display", "none"]);
     qemu.args(["-no-reboot", "-serial", "stdio"]);
     qemu.arg("-kernel").arg(&image.kernel);
