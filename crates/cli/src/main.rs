@@ -11,6 +11,7 @@ mod node_list;
 mod object_address;
 mod output;
 mod plant_bench;
+mod record_file;
 mod time_span;
 mod wire;
 

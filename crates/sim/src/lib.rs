@@ -22,6 +22,7 @@ mod notice;
 mod pace;
 mod probe;
 mod recording;
+mod replay;
 mod store;
 
 pub use bus::{Bus, BusSettings};
@@ -34,5 +35,6 @@ pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
 pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
 pub use probe::ProbeSample;
-pub use recording::{Injection, ReadError, Recording, Replayed, RunHeader, StoredBefore, replay};
+pub use recording::{Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame};
+pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;
