@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{monitor, nmt, od, play, replay, scan, sdo, sim};
+use commands::{eds, monitor, nmt, od, play, replay, scan, sdo, sim};
 pub(crate) use failure::Failure;
 
 /// Virtual CiA 402 servo drives on a CAN bus, and a tool to find, read, operate and test such drives.
@@ -53,6 +53,7 @@ enum Command {
     Nmt(nmt::Arguments),
     Monitor(monitor::Arguments),
     Od(od::Arguments),
+    Eds(eds::Arguments),
     Play(play::Arguments),
     Demo(demo::Arguments),
 }
@@ -66,6 +67,7 @@ fn main() -> ExitCode {
         Command::Nmt(arguments) => nmt::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
+        Command::Eds(arguments) => eds::run(arguments),
         Command::Play(arguments) => play::run(arguments),
         Command::Demo(arguments) => demo::run(arguments),
     };
