@@ -46,18 +46,18 @@ impl Newline {
     }
 }
 
-/// The text of a file, and how it was encoded.
-pub(crate) fn decode(bytes: &[u8], findings: &mut Findings) -> (String, Encoding) {
+/// The text of a file, and how it was encoded; `None` if it is not read at all.
+pub(crate) fn decode(bytes: &[u8], findings: &mut Findings) -> Option<(String, Encoding)> {
     let whole = Place::default();
     if bytes.len() > MAX_BYTES {
         let what = format!("the file has {} bytes, more than {MAX_BYTES}", bytes.len());
         findings.add(Rule::TooLarge, whole, what, "it is not read; is it an EDS?");
-        return (String::new(), Encoding::Utf8);
+        return None;
     }
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
         let advice = "it is not read; save it as ISO 8859-1 or UTF-8";
         findings.add(Rule::Utf16, whole, "the file is UTF-16", advice);
-        return (String::new(), Encoding::Utf8);
+        return None;
     }
     let first = Place { line: 1, column: 1 };
     let bytes = match bytes.strip_prefix(&[0xEF, 0xBB, 0xBF]) {
@@ -68,7 +68,7 @@ pub(crate) fn decode(bytes: &[u8], findings: &mut Findings) -> (String, Encoding
         }
         None => bytes,
     };
-    match std::str::from_utf8(bytes) {
+    Some(match std::str::from_utf8(bytes) {
         Ok(text) => {
             if let Some((at, strange)) = text.char_indices().find(|(_, c)| !c.is_ascii()) {
                 let what = format!("{strange:?} is not ASCII");
@@ -87,7 +87,7 @@ pub(crate) fn decode(bytes: &[u8], findings: &mut Findings) -> (String, Encoding
             }
             (text, Encoding::Latin1)
         }
-    }
+    })
 }
 
 /// The line and column of a byte offset.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Places, Reader};
+use super::{Places, Reader, Role};
 use crate::finding::{Findings, Place, Rule, quoted};
 use crate::info::{self, COMMENTS, COMMISSIONING, DEVICE_INFO, FILE_INFO};
 use crate::ini::RawSection;
@@ -103,7 +103,8 @@ impl Reader {
         // Where a key stands; the section was found before.
         let place = |name: &str, key: &str| {
             let mut sections = sections.iter();
-            let section = sections.find(|section| section.name.eq_ignore_ascii_case(name))?;
+            let section = sections
+                .find(|section| matches!(Role::of(section), Role::Info(is) if is == name))?;
             let mut keys = section.keys.iter();
             let key = keys.find(|is| is.key.eq_ignore_ascii_case(key))?;
             Some(key.value_at)
@@ -168,7 +169,8 @@ fn check_counts(findings: &mut Findings, object: &Object, places: &Places) {
             let what = format!("SubNumber of {index:04X} is {claimed}, but {found} are described");
             findings.add(Rule::WrongSubNumber, at, what, advice);
         }
-        None if object.has_subs() && object.compact.is_none() && found > 0 => {
+        None if places.is_assumed || !object.has_subs() || object.compact.is_some() => {}
+        None if found > 0 => {
             let what = format!("[{index:04X}] has no SubNumber, but {found} sub-objects");
             let advice = format!("write SubNumber={found}");
             findings.add(Rule::WrongSubNumber, places.header, what, advice);

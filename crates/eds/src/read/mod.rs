@@ -30,6 +30,16 @@ pub struct Reading {
 }
 
 impl Reading {
+    fn of(eds: Eds, findings: Findings, style: Style) -> Reading {
+        let (findings, more_findings) = findings.finish();
+        Reading {
+            eds,
+            findings,
+            more_findings,
+            style,
+        }
+    }
+
     /// The severity of the worst finding.
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(Finding::severity).max()
@@ -39,7 +49,9 @@ impl Reading {
 /// Reads an EDS or DCF. Never fails: what cannot be used is a finding.
 pub fn read(bytes: &[u8]) -> Reading {
     let mut findings = Findings::default();
-    let (text, encoding) = text::decode(bytes, &mut findings);
+    let Some((text, encoding)) = text::decode(bytes, &mut findings) else {
+        return Reading::of(Eds::default(), findings, Style::default());
+    };
     let raw = ini::parse(&text, &mut findings);
     let mut reader = Reader {
         eds: Eds::default(),
@@ -48,16 +60,11 @@ pub fn read(bytes: &[u8]) -> Reading {
     };
     reader.eds.trailing_comments = raw.trailing;
     reader.sections(&raw.sections);
-    let (findings, more_findings) = reader.findings.finish();
-    Reading {
-        eds: reader.eds,
-        findings,
-        more_findings,
-        style: Style {
-            encoding,
-            newline: Newline::of(&text),
-        },
-    }
+    let style = Style {
+        encoding,
+        newline: Newline::of(&text),
+    };
+    Reading::of(reader.eds, reader.findings, style)
 }
 
 /// What a section's name says it is.
@@ -137,6 +144,8 @@ struct Places {
     data_type: Place,
     sub_number: Option<(i128, Place)>,
     compact: Option<(i128, Place)>,
+    /// The object has no section; its sub-objects have.
+    is_assumed: bool,
 }
 
 struct Reader {
@@ -252,6 +261,7 @@ impl Reader {
             self.eds.objects.insert(index, Object::new(index, entry));
             let places = Places {
                 header: section.at,
+                is_assumed: true,
                 ..Places::default()
             };
             self.places.insert((index, None), places);
