@@ -11,3 +11,6 @@ pub mod canopen_harness;
 
 #[path = "../../crates/drive/tests/harness/mod.rs"]
 pub mod drive_harness;
+
+#[path = "../../crates/eds/tests/harness/mod.rs"]
+pub mod eds_harness;

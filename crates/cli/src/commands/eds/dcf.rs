@@ -22,8 +22,8 @@ Examples:
   servobus eds dcf --node 1 --name elbow
 
 Each object that the EDS calls readable is read by SDO and becomes its ParameterValue. Objects that
-the drive refuses keep their default only; a comment in the file and a line on standard error say
-why. Exit code 1 if the drive does not answer.")]
+the drive refuses get none; a comment in the file and a line on standard error say why. Exit code 1
+if the drive does not answer.")]
 pub(super) struct Arguments {
     /// The node ID, 1 to 127.
     #[arg(long, value_name = "ID", value_parser = super::super::sdo::parse_node)]
@@ -100,6 +100,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Objects in a row without an answer after which a drive counts as gone.
+const MAX_SILENT: u32 = 3;
+
 /// Reads every readable object.
 fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>, Failure> {
     let node = arguments.node;
@@ -107,6 +110,7 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
         let mut client = Client::new(WireLink::new(connection));
         client.settings.answer_ms = time_span::milliseconds(arguments.timeout);
         let mut live = BTreeMap::new();
+        let mut silent = 0;
         for (index, sub, entry) in eds.entries() {
             let readable = entry.access.is_none_or(eds::Access::readable);
             let (true, Some(data_type)) = (readable, entry.data_type) else {
@@ -115,17 +119,20 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
             let address = Address::new(index, sub);
             let answer = client.upload(node, address).await;
             let found = match answer {
-                Ok(data) => value(data_type, data.bytes(), entry.default.as_ref()),
-                // A drive that is not there is no file.
-                Err(
-                    error @ SdoError {
-                        cause: Cause::TimedOut { .. } | Cause::Link(_),
-                        ..
-                    },
-                ) => {
-                    return Err(Failure::unsuccessful(error));
+                Ok(data) => {
+                    silent = 0;
+                    value(data_type, data.bytes(), entry.default.as_ref())
                 }
-                Err(error) => Live::Unread(why(&error)),
+                Err(error) => {
+                    let is_silent = matches!(error.cause, Cause::TimedOut { .. });
+                    silent = if is_silent { silent + 1 } else { 0 };
+                    // A drive that is not there, or goes away, is no file.
+                    let is_gone = silent > 0 && live.is_empty() || silent >= MAX_SILENT;
+                    if is_gone || matches!(error.cause, Cause::Link(_)) {
+                        return Err(Failure::unsuccessful(error));
+                    }
+                    Live::Unread(why(&error))
+                }
             };
             if let Live::Unread(why) = &found {
                 output::tell(format_args!(
