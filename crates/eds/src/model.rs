@@ -228,11 +228,15 @@ impl Object {
             name: name.unwrap_or_else(|| format!("{}{sub}", self.entry.name)),
             denotation: compact.denotations.get(&sub).cloned(),
             object_type: ObjectType::Var,
+            data_type: self.entry.data_type,
+            access: self.entry.access,
+            low_limit: self.entry.low_limit.clone(),
+            high_limit: self.entry.high_limit.clone(),
+            default: self.entry.default.clone(),
             value: compact.values.get(&sub).cloned(),
-            extra: Vec::new(),
-            comments: Vec::new(),
-            inner_comments: Vec::new(),
-            ..self.entry.clone()
+            pdo_mapping: self.entry.pdo_mapping,
+            flags: self.entry.flags,
+            ..Entry::default()
         }
     }
 

@@ -7,6 +7,9 @@
 
 use eds::{Commissioning, Dcf, Live, Reading, Severity};
 
+/// Entries that are looked at: compact sub-objects are 254 for a few bytes.
+const MANY: usize = 300;
+
 /// Reads any bytes and checks what must hold.
 ///
 /// # Panics
@@ -16,7 +19,10 @@ pub fn run(input: &[u8]) {
     findings_are_in_order(&reading);
     look_up_finds_every_entry(&reading);
     round_trip(&reading);
-    dcf(&reading);
+    // Of compact sub-objects there may be very many, all alike.
+    if reading.eds.entries().take(MANY).count() < MANY {
+        dcf(&reading);
+    }
 }
 
 fn findings_are_in_order(reading: &Reading) {
@@ -37,8 +43,7 @@ fn findings_are_in_order(reading: &Reading) {
 fn look_up_finds_every_entry(reading: &Reading) {
     let node = canopen::NodeId::new(127).expect("a node ID");
     let mut last = None;
-    // Compact sub-objects: 254 for a few bytes.
-    for (index, sub, entry) in reading.eds.entries().take(4096) {
+    for (index, sub, entry) in reading.eds.entries().take(MANY) {
         assert!(last < Some((index, sub)));
         last = Some((index, sub));
         let found = reading.eds.entry(index, sub).expect("what was listed");
