@@ -58,7 +58,7 @@ macro_rules! rules {
 }
 
 rules! {
-    /// The file is larger than [`crate::MAX_BYTES`].
+    /// The file is larger than [`crate::MAX_BYTES`], or has too many sections.
     TooLarge Error "too-large",
     /// UTF-16, which no EDS reader takes.
     Utf16 Error "utf-16",
@@ -238,6 +238,7 @@ const MAX_FINDINGS: usize = 1_000;
 pub(crate) struct Findings {
     list: Vec<Finding>,
     dropped: u64,
+    worst: Option<Severity>,
 }
 
 impl Findings {
@@ -248,6 +249,7 @@ impl Findings {
         what: impl Into<String>,
         advice: impl Into<String>,
     ) {
+        self.worst = self.worst.max(Some(rule.severity()));
         if self.list.len() >= MAX_FINDINGS {
             self.dropped += 1;
             return;
@@ -258,6 +260,11 @@ impl Findings {
             what: what.into(),
             advice: advice.into(),
         });
+    }
+
+    /// The severity of the worst, whether it was kept or not.
+    pub(crate) fn worst(&self) -> Option<Severity> {
+        self.worst
     }
 
     /// In the order of the file, and how many were not kept.

@@ -8,6 +8,9 @@ use crate::text;
 /// The longest line that CiA 306 allows, in characters.
 const LONGEST_LINE: usize = 255;
 
+/// Sections that are read: far more than any device describes.
+const MAX_SECTIONS: usize = 1 << 15;
+
 /// A file cut into sections.
 #[derive(Debug, Default)]
 pub(crate) struct Raw<'t> {
@@ -52,6 +55,7 @@ struct Parser<'t, 'f> {
     seen: HashMap<String, Place>,
     keys: HashMap<String, usize>,
     hash_seen: bool,
+    is_full: bool,
     findings: &'f mut Findings,
 }
 
@@ -64,6 +68,7 @@ pub(crate) fn parse<'t>(text: &'t str, findings: &mut Findings) -> Raw<'t> {
         seen: HashMap::new(),
         keys: HashMap::new(),
         hash_seen: false,
+        is_full: false,
         findings,
     };
     for (number, line) in text::lines(text) {
@@ -149,6 +154,16 @@ impl<'t> Parser<'t, '_> {
             let what = format!("the section [{name}] is in line {} already", first.line);
             let advice = "the second one is not used; remove or merge it";
             self.findings.add(Rule::DuplicateSection, at, what, advice);
+            return;
+        }
+        if self.raw.sections.len() >= MAX_SECTIONS {
+            if !self.is_full {
+                let what = format!("the file has more than {MAX_SECTIONS} sections");
+                let advice = "those from here on are not used; is it an EDS?";
+                self.findings.add(Rule::TooLarge, at, what, advice);
+            }
+            self.is_full = true;
+            self.current = Current::Dropped;
             return;
         }
         self.seen.insert(name.to_ascii_lowercase(), at);

@@ -3,7 +3,7 @@
 use crate::finding::{Findings, Place, Rule};
 
 /// The largest file that is read: far more than any EDS has.
-pub const MAX_BYTES: usize = 8 << 20;
+pub const MAX_BYTES: usize = 4 << 20;
 
 /// How characters are written as bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -142,6 +142,17 @@ fn sizes_are_limited() {
     let reading = eds::read(&b"x\n".repeat(100_000));
     assert_eq!(reading.findings.len(), 1_000);
     assert!(reading.more_findings >= 99_000);
+    let mut text = String::new();
+    for number in 0..70_000 {
+        writeln!(text, "[section {number}]\na=1").unwrap();
+    }
+    let reading = eds::read(text.as_bytes());
+    assert_eq!(reading.eds.other.len(), 32_768);
+    let found = reading
+        .findings
+        .iter()
+        .find(|finding| finding.rule == Rule::TooLarge);
+    assert_eq!(found.unwrap().place.line, 2 * 32_768 + 1);
     // 254 sub-objects each, but no more memory than the text.
     let mut text = String::new();
     for index in 0x2000..0x6000 {
@@ -170,9 +181,9 @@ fn messages_say_file_place_and_remedy() {
         "numbers.eds:160:14: warning: DefaultValue is \"0100\"; read as octal, as the standard \
          says; write it decimal or after 0x [octal-number]"
     );
-    assert_eq!(reading.worst(), Some(Severity::Error));
-    assert_eq!(fixture("utf_8.eds").worst(), Some(Severity::Tolerated));
-    assert_eq!(fixture("well_formed.eds").worst(), None);
+    assert_eq!(reading.worst, Some(Severity::Error));
+    assert_eq!(fixture("utf_8.eds").worst, Some(Severity::Tolerated));
+    assert_eq!(fixture("well_formed.eds").worst, None);
 }
 
 fn number(eds: &Eds, index: u16, sub: u8) -> Option<i128> {

@@ -25,24 +25,23 @@ pub struct Reading {
     pub findings: Vec<Finding>,
     /// Findings beyond those.
     pub more_findings: u64,
+    /// The severity of the worst finding, those beyond included.
+    pub worst: Option<Severity>,
     /// How the file was written.
     pub style: Style,
 }
 
 impl Reading {
     fn of(eds: Eds, findings: Findings, style: Style) -> Reading {
+        let worst = findings.worst();
         let (findings, more_findings) = findings.finish();
         Reading {
             eds,
             findings,
             more_findings,
+            worst,
             style,
         }
-    }
-
-    /// The severity of the worst finding.
-    pub fn worst(&self) -> Option<Severity> {
-        self.findings.iter().map(Finding::severity).max()
     }
 }
 

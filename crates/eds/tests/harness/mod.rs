@@ -35,7 +35,7 @@ fn findings_are_in_order(reading: &Reading) {
         assert!(line.contains(finding.severity().name()));
     }
     assert_eq!(
-        reading.worst() == Some(Severity::Error),
+        reading.worst == Some(Severity::Error),
         (reading.findings.iter()).any(|finding| finding.severity() == Severity::Error)
     );
 }

@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
         output::print(format!("{file}: {}", summary(&reading.findings)))?;
     }
-    let is_bad = reading.worst() > Some(Severity::Tolerated);
+    let is_bad = reading.worst > Some(Severity::Tolerated);
     Ok(Failure::code(!is_bad))
 }
 
