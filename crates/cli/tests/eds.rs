@@ -160,6 +160,17 @@ fn dcf_of_a_running_drive() {
     let text = String::from_utf8(ended.stdout).unwrap();
     assert!(text.contains("; not read: refused, 0x06020000"), "{text}");
     assert!(text.contains("[607Dsub1]\n") && text.contains("LastEDS=sample.eds\n"));
+    // ObjFlags, bit 1: not to be read on scan.
+    let told = |flags: &str| {
+        let text = std::fs::read_to_string(fixture("well_formed.eds")).unwrap();
+        let file = folder.file("flags.eds");
+        std::fs::write(&file, text.replace("ObjFlags=0x1", flags)).unwrap();
+        let ended = run(&["eds", "dcf", "--node", "3", "--bus", bus, "--eds", &file]);
+        String::from_utf8(ended.stderr)
+            .unwrap()
+            .contains("0x2000,0")
+    };
+    assert!(told("ObjFlags=0x1") && !told("ObjFlags=0x2"));
     let error = printed(
         &[
             "eds",

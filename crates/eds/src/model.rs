@@ -150,6 +150,13 @@ pub struct Entry {
     pub inner_comments: Vec<String>,
 }
 
+impl Entry {
+    /// Whether a tool may read it while it reads all parameters (`ObjFlags`, bit 1).
+    pub fn scans(&self) -> bool {
+        self.flags.is_none_or(|flags| flags & 2 == 0)
+    }
+}
+
 /// Sub-objects that are described once for all (`CompactSubObj`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compact {

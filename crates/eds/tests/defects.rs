@@ -313,7 +313,7 @@ fn a_configuration_file() {
     assert_eq!(gain.value.unwrap().constant(), Some(&Constant::Real(2.5)));
     assert_eq!(gain.upload_file.as_deref(), Some("up.bin"));
     assert_eq!(gain.download_file.as_deref(), Some("down.bin"));
-    assert_eq!(gain.flags, Some(1));
+    assert_eq!((gain.flags, gain.scans()), (Some(1), true));
     let denotation = eds.entry(0x1800, 1).unwrap().into_owned().denotation;
     assert_eq!(denotation.as_deref(), Some("of the elbow"));
     assert_eq!(eds.file_info().unwrap().eds_version, "4.0");

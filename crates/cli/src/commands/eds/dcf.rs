@@ -21,9 +21,9 @@ Examples:
   servobus eds dcf --node 1 --eds puck4.eds --output 1.dcf
   servobus eds dcf --node 1 --name elbow
 
-Each object that the EDS calls readable is read by SDO and becomes its ParameterValue. Objects that
-the drive refuses get none; a comment in the file and a line on standard error say why. Exit code 1
-if the drive does not answer.")]
+Each object that the EDS calls readable is read by SDO and becomes its ParameterValue, but for those
+whose ObjFlags forbid it. Objects that the drive refuses get none; a comment in the file and a line
+on standard error say why. Exit code 1 if the drive does not answer.")]
 pub(super) struct Arguments {
     /// The node ID, 1 to 127.
     #[arg(long, value_name = "ID", value_parser = super::super::sdo::parse_node)]
@@ -112,7 +112,7 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
         let mut live = BTreeMap::new();
         let mut silent = 0;
         for (index, sub, entry) in eds.entries() {
-            let readable = entry.access.is_none_or(eds::Access::readable);
+            let readable = entry.access.is_none_or(eds::Access::readable) && entry.scans();
             let (true, Some(data_type)) = (readable, entry.data_type) else {
                 continue;
             };
