@@ -310,7 +310,10 @@ fn a_configuration_file() {
     assert_eq!(there.lss_serial_number, 17);
     assert_eq!(eds.dummies(), [0x05, 0x1B]);
     let gain = eds.entry(0x2000, 0).unwrap().into_owned();
-    assert_eq!(gain.value.unwrap().constant(), Some(&Constant::Real(2.5)));
+    assert_eq!(
+        gain.value.as_ref().unwrap().constant(),
+        Some(&Constant::Real(2.5))
+    );
     assert_eq!(gain.upload_file.as_deref(), Some("up.bin"));
     assert_eq!(gain.download_file.as_deref(), Some("down.bin"));
     assert_eq!((gain.flags, gain.scans()), (Some(1), true));
