@@ -169,7 +169,7 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         std::fs::write(&file, &damaged).unwrap();
         let mut master = Master::with(settings());
         assert_eq!(std::fs::read(&aside).unwrap(), damaged);
-        assert_eq!(FlashFile::file(&folder, "p3", 1).unwrap().bytes(), []);
+        assert_eq!(FlashFile::file(&folder, "p3", 1).unwrap().bytes(), [0u8; 0]);
         let notices = master.bus.take_notices();
         let [notice] = notices.as_slice() else {
             panic!("{notices:?}")
