@@ -48,6 +48,9 @@ impl<M: NodeMemory> Node<M> {
         }
         image.set_raw(entry.field, raw);
         events.changed.insert(entry.class);
+        if entry.has(flag::STORED) {
+            self.is_reconfigured = address.index != 0x1020;
+        }
         if entry.has(flag::NODE) {
             self.communication_changed(address, now);
         }
@@ -93,6 +96,9 @@ impl<M: NodeMemory> Node<M> {
         }
         image.set_bytes(entry.field, new);
         events.changed.insert(entry.class);
+        if entry.has(flag::STORED) {
+            self.is_reconfigured = address.index != 0x1020;
+        }
         if entry.has(flag::NODE) {
             self.communication_changed(address, now);
         }

@@ -62,6 +62,8 @@ pub struct Node<M> {
     /// Errors of SYNC and error control; those of the PDOs are with them.
     pub(crate) service_errors: CommunicationErrors,
     pub(crate) errors: CommunicationErrors,
+    /// A parameter was written since 0x1020 was.
+    pub(crate) is_reconfigured: bool,
 }
 
 impl<M: NodeMemory> Node<M> {
@@ -95,6 +97,7 @@ impl<M: NodeMemory> Node<M> {
             received: None,
             service_errors: CommunicationErrors::NOTHING,
             errors: CommunicationErrors::NOTHING,
+            is_reconfigured: false,
         }
     }
 
@@ -386,6 +389,20 @@ impl<M: NodeMemory> Node<M> {
     /// The communication errors that are there now.
     pub fn errors(&self) -> CommunicationErrors {
         self.errors
+    }
+
+    /// What is about to be stored becomes what the device boots with. If a parameter was written
+    /// since 0x1020 (verify configuration) was, that object becomes 0 (CiA 301 7.5.2.23): whoever
+    /// verifies the configuration sees that it is another one.
+    pub fn withdraw_verification(&mut self) {
+        if let Some(run) = self.device.objects.verification
+            && core::mem::take(&mut self.is_reconfigured)
+        {
+            let mut image = Image::new(self.memory.as_mut());
+            for n in 0..run.count {
+                image.set_raw(run.nth(n), 0);
+            }
+        }
     }
 
     /// Frames that were replaced by newer ones before they could be sent, and emergencies that did

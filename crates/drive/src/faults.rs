@@ -21,23 +21,37 @@ pub struct Health {
     pub can_overrun: bool,
     /// The CAN controller has recovered from bus-off.
     pub bus_off_recovered: bool,
+    /// The CAN controller is error passive, or has been since the last report.
+    pub error_passive: bool,
 }
 
-/// Errors of communication, which the node and its CAN controller notice.
+/// Errors of communication that the node notices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CommunicationErrors {
+pub(crate) struct CommunicationErrors {
     /// A monitored heartbeat or the guarding is missing.
-    pub heartbeat_lost: bool,
+    heartbeat_lost: bool,
     /// An RPDO has not come within its time.
-    pub rpdo_timeout: bool,
-    /// The CAN controller is error passive.
-    pub error_passive: bool,
-    /// An event: an RPDO was shorter than its mapping, and ignored.
-    pub pdo_too_short: bool,
-    /// An event: an RPDO was longer than its mapping.
-    pub pdo_too_long: bool,
-    /// An event: a SYNC had another length than expected.
-    pub sync_length: bool,
+    rpdo_timeout: bool,
+    /// An RPDO was shorter than its mapping, and ignored. Seen for a tick at least.
+    pdo_too_short: bool,
+    /// An RPDO was longer than its mapping. Seen for a tick at least.
+    pdo_too_long: bool,
+    /// A SYNC had another length than expected. Seen for a tick at least.
+    sync_length: bool,
+}
+
+impl CommunicationErrors {
+    /// What the node has noticed.
+    pub(crate) fn of(errors: canopen::CommunicationErrors) -> CommunicationErrors {
+        use canopen::CommunicationErrors as Node;
+        CommunicationErrors {
+            heartbeat_lost: errors.has(Node::HEARTBEAT) || errors.has(Node::LIFE_GUARD),
+            rpdo_timeout: errors.has(Node::RPDO_TIMEOUT),
+            pdo_too_short: errors.has(Node::RPDO_TOO_SHORT),
+            pdo_too_long: errors.has(Node::RPDO_TOO_LONG),
+            sync_length: errors.has(Node::SYNC_LENGTH),
+        }
+    }
 }
 
 /// What is judged once per millisecond.
@@ -108,6 +122,7 @@ impl FaultManager {
         self.events.store_damaged |= event.store_damaged;
         self.events.can_overrun |= event.can_overrun;
         self.events.bus_off_recovered |= event.bus_off_recovered;
+        self.events.error_passive |= event.error_passive;
     }
 
     /// The errors of communication as they are now.
@@ -315,7 +330,7 @@ impl FaultManager {
             }
             Cause::HeartbeatLost => self.communication.heartbeat_lost,
             Cause::RpdoTimeout => self.communication.rpdo_timeout,
-            Cause::ErrorPassive => self.communication.error_passive,
+            Cause::ErrorPassive => events.error_passive,
             Cause::PdoTooShort => self.communication.pdo_too_short,
             Cause::PdoTooLong => self.communication.pdo_too_long,
             Cause::SyncLength => self.communication.sync_length,
