@@ -116,12 +116,21 @@ impl<O: Owner> Bench<O> {
         self.send(0x80, &[])
     }
 
-    /// All that waits.
+    /// All that waits, of 11 bits.
     pub fn drain(&mut self) -> Vec<Sent> {
+        let plain = |frame: Frame| {
+            assert!(!frame.is_extended() && !frame.is_remote());
+            (frame.raw_id() as u16, frame.data().to_vec())
+        };
+        self.frames().into_iter().map(plain).collect()
+    }
+
+    /// All that waits.
+    pub fn frames(&mut self) -> Vec<Frame> {
         let mut sent = Vec::new();
         while let Some(frame) = self.node.transmit(&mut self.owner) {
-            assert!(!frame.is_extended() && !frame.is_remote());
-            sent.push((frame.raw_id() as u16, frame.data().to_vec()));
+            assert!(sent.len() < 200, "transmit has no end");
+            sent.push(frame);
         }
         assert!(self.node.is_silent());
         sent
