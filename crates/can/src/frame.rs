@@ -50,11 +50,9 @@ impl Frame {
     /// Never fails.
     #[inline]
     pub fn keyed(key: u32, data: [u8; 8], len: u8) -> Frame {
-        let id_bits = if key & EXTENDED != 0 {
-            EXTENDED | 0x1FFF_FFFF
-        } else {
-            0x7FF
-        };
+        // All ones for 29 bits, without a branch.
+        let extended = (key.cast_signed() >> 31).cast_unsigned();
+        let id_bits = 0x7FF | extended & (EXTENDED | 0x1FFF_FFFF);
         let len = if len > 8 { 8 } else { len };
         // Clear what lies past the length, so that equality means equality on the wire.
         // In two steps, because a shift by all 64 bits is none.

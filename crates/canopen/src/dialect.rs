@@ -82,7 +82,8 @@ pub struct Dialect {
     pub remote_requests: bool,
     /// Services may be moved onto identifiers of 29 bits (not in the P3, l.178).
     pub extended_identifiers: bool,
-    /// The node is an LSS slave (CiA 305).
+    /// The device is an LSS slave (CiA 305). The slave ([`crate::lss::Slave`]) stands beside the node,
+    /// because it is there before the device has a node ID.
     pub lss: bool,
     /// TPDOs answer SYNC in pre-operational, too (P14).
     pub tpdo_in_pre_operational: bool,

@@ -81,8 +81,6 @@ set! {
         /// A node in 0x1016 was heard first, changed its state, booted anew or fell silent:
         /// [`crate::Node::monitored`].
         HEARTBEAT = 3;
-        /// LSS asks for something: [`crate::Node::take_lss_request`].
-        LSS = 4;
     }
 }
 

@@ -51,6 +51,8 @@ pub struct Node<M> {
     /// The server that uses the room where strings are gathered.
     pub(crate) gathering: Option<u8>,
     pub(crate) rpdo: [Rpdo; PDOS],
+    /// A receive PDO may hold data for a SYNC.
+    pub(crate) rpdo_waits: bool,
     pub(crate) tpdo: [Tpdo; PDOS],
     /// A transmit PDO is sent by events.
     pub(crate) has_event_pdos: bool,
@@ -85,6 +87,7 @@ impl<M: NodeMemory> Node<M> {
             waiting: None,
             gathering: None,
             rpdo: [Rpdo::OFF; PDOS],
+            rpdo_waits: false,
             tpdo: [Tpdo::OFF; PDOS],
             has_event_pdos: false,
             emergencies: EmergencyQueue::EMPTY,
@@ -154,14 +157,27 @@ impl<M: NodeMemory> Node<M> {
     /// the standard asks for. Afterwards call [`Node::transmit`].
     #[inline]
     pub fn receive<O: Owner>(&mut self, frame: &Frame, now: Instant, owner: &mut O) -> Events {
-        let mut events = Events::NOTHING;
         let key = frame.key();
-        if key == self.server(0).request_key {
+        if key == self.server(0).request_key && self.upload_at_once(0, frame, owner) {
+            return Events::NOTHING;
+        }
+        self.receive_any(key, frame, now, owner)
+    }
+
+    fn receive_any<O: Owner>(
+        &mut self,
+        key: u32,
+        frame: &Frame,
+        now: Instant,
+        owner: &mut O,
+    ) -> Events {
+        let mut events = Events::NOTHING;
+        if key == self.sync.key {
+            self.receive_sync(frame, now, owner, &mut events);
+        } else if key == self.server(0).request_key {
             if self.answers_sdo() {
                 self.serve(0, frame, now, owner, &mut events);
             }
-        } else if key == self.sync.key {
-            self.receive_sync(frame, now, owner, &mut events);
         } else if key == 0 {
             if let Some(command) = command_for(self.id, frame.data()) {
                 self.obey(command, now, owner, &mut events);
@@ -295,18 +311,26 @@ impl<M: NodeMemory> Node<M> {
     #[inline]
     pub fn transmit<O: Owner>(&mut self, owner: &mut O) -> Option<Frame> {
         let (slot, key) = self.outbox.take()?;
-        Some(match slot {
-            Slot::Sdo(n) => self.sdo_frame(n, key, owner),
-            Slot::Tpdo(n) => {
-                let tpdo = self.tpdo.get(usize::from(n))?;
-                Frame::keyed(key, tpdo.data.to_le_bytes(), tpdo.mapping.bytes())
-            }
-            slot => return self.rare_frame(slot, key),
-        })
+        if let Slot::Tpdo(n) = slot
+            && let Some(tpdo) = self.tpdo.get(usize::from(n))
+        {
+            let data = tpdo.data.to_le_bytes();
+            return Some(Frame::keyed(key, data, tpdo.mapping.bytes()));
+        }
+        if let Slot::Sdo(n) = slot
+            && let Some(answer) = self.sdo_answer(n)
+        {
+            return Some(Frame::keyed(key, answer, 8));
+        }
+        self.rare_frame(slot, key, owner)
     }
 
-    fn rare_frame(&mut self, slot: Slot, key: u32) -> Option<Frame> {
+    // Kept out of the way of the others, which need no registers saved for it.
+    #[cold]
+    #[inline(never)]
+    fn rare_frame<O: Owner>(&mut self, slot: Slot, key: u32, owner: &mut O) -> Option<Frame> {
         Some(match slot {
+            Slot::Sdo(n) => Frame::keyed(key, self.next_segment(n, owner), 8),
             Slot::Emergency => Frame::keyed(key, self.take_emergency()?.to_bytes(), 8),
             // Boot-up is a heartbeat of value 0 (CiA 301 7.2.8.3.3).
             Slot::BootUp => Frame::keyed(key, [0; 8], 1),
@@ -323,7 +347,7 @@ impl<M: NodeMemory> Node<M> {
                 let [t0, t1, t2, t3, t4, t5] = self.time.sent.to_bytes();
                 Frame::keyed(key, [t0, t1, t2, t3, t4, t5, 0, 0], 6)
             }
-            Slot::Lss | Slot::Sdo(_) | Slot::Tpdo(_) => return None,
+            Slot::Tpdo(_) => return None,
         })
     }
 

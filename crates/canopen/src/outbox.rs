@@ -9,7 +9,6 @@ pub(crate) enum Slot {
     ErrorControl,
     Sync,
     Time,
-    Lss,
     Sdo(u8),
     Tpdo(u8),
 }
@@ -18,8 +17,7 @@ const EMERGENCY: usize = 1;
 const ERROR_CONTROL: usize = 2;
 const SYNC: usize = 3;
 const TIME: usize = 4;
-const LSS: usize = 5;
-const SDO: usize = 6;
+const SDO: usize = 5;
 const TPDO: usize = SDO + crate::SDO_SERVERS;
 const SLOTS: usize = TPDO + crate::PDOS;
 const _: () = assert!(SLOTS <= 16, "one bit each");
@@ -33,7 +31,6 @@ impl Slot {
             Slot::ErrorControl => ERROR_CONTROL,
             Slot::Sync => SYNC,
             Slot::Time => TIME,
-            Slot::Lss => LSS,
             Slot::Sdo(n) => SDO + n as usize,
             Slot::Tpdo(n) => TPDO + n as usize,
         }
@@ -46,7 +43,6 @@ impl Slot {
             ERROR_CONTROL => Slot::ErrorControl,
             SYNC => Slot::Sync,
             TIME => Slot::Time,
-            LSS => Slot::Lss,
             SDO..TPDO => Slot::Sdo(number.wrapping_sub(SDO) as u8),
             n => Slot::Tpdo(n.wrapping_sub(TPDO) as u8),
         }

@@ -111,6 +111,8 @@ pub(crate) mod flag {
     pub(crate) const FLASH: u16 = 1 << 8;
     /// No number of at most four bytes: expedited transfers and fast copies are not for it.
     pub(crate) const LONG: u16 = 1 << 9;
+    /// An entry of the error history, which may hold no data.
+    pub(crate) const HISTORY: u16 = 1 << 10;
 }
 
 /// One object, or a run of sub-indices that are alike.
@@ -485,6 +487,9 @@ impl Row {
         }
         if !matches!(self.data_type.size(), 1 | 2 | 4) {
             flags |= flag::LONG;
+        }
+        if self.address.index == 0x1003 {
+            flags |= flag::HISTORY;
         }
         flags
     }

@@ -3,11 +3,16 @@
 //! Records, not a copy of the image: firmware whose dictionary has grown, shrunk or been laid out
 //! anew still reads what an older one stored. Layout: `SBP1`, length and CRC-32 (ISO HDLC) of the
 //! records as little-endian UNSIGNED32, then per record index (2), sub-index (1), size (1), bytes.
+//! Records that are no objects' lie in the area of data types, below 0x0020 ([`lss`]).
+
+pub mod lss;
+mod restore;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use crate::row::{Default, Group};
 use crate::{Abort, Address, DataType, Field, Image, NodeId, Row, Table};
+pub use restore::{RESTORE_SIGNATURE, restore};
 
 /// "save" as an UNSIGNED32 (CiA 301 7.5.2.13).
 pub const SIGNATURE: u32 = u32::from_le_bytes(*b"save");
@@ -222,6 +227,7 @@ fn load_where(
         applied: 0,
         skipped: 0,
     };
+    let wanted = |address| !lss::is_lss(address) && wanted(address);
     for record in records(stored)?.filter(|record| wanted(record.address)) {
         let place = table
             .find(record.address.index, record.address.sub)
@@ -271,8 +277,9 @@ pub struct Full {
 
 /// Writes a new store into `out`: what `request` covers from `image`, all else as it stands in
 /// `old`, objects that this dictionary does not have included (another firmware may). Only
-/// [`Request::All`] leaves those out. Returns the bytes used. COB-IDs that are at their default are
-/// left out, because the node ID may change. `old` is taken as empty if it is damaged.
+/// [`Request::All`] leaves those out. What LSS has stored ([`lss`]) stays. COB-IDs that are at their
+/// default are left out, because the node ID may change. `old` is taken as empty if it is damaged.
+/// Returns the bytes used.
 ///
 /// # Errors
 /// [`Full`] if `out` is too small; its contents are then of no use.
@@ -285,12 +292,8 @@ pub fn save(
     out: &mut [u8],
 ) -> Result<usize, Full> {
     let old = check(old).unwrap_or(&[]);
-    let capacity = out.len();
-    let mut writer = Writer {
-        out,
-        used: HEADER,
-        capacity,
-    };
+    let mut writer = Writer::new(out);
+    lss::keep(old, &mut writer)?;
     for row in table.rows() {
         for step in 0..row.count {
             let address = Address::new(row.address.index, row.address.sub.saturating_add(step));
@@ -310,7 +313,7 @@ pub fn save(
         }
     }
     if request != Request::All {
-        for record in (Records { rest: old }) {
+        for record in (Records { rest: old }).filter(|record| !lss::is_lss(record.address)) {
             if table
                 .find(record.address.index, record.address.sub)
                 .is_err()
@@ -350,6 +353,15 @@ fn worth_storing<'a>(image: &'a Image<'_>, field: Field) -> &'a [u8] {
 }
 
 impl Writer<'_> {
+    fn new(out: &mut [u8]) -> Writer<'_> {
+        let capacity = out.len();
+        Writer {
+            out,
+            used: HEADER,
+            capacity,
+        }
+    }
+
     fn bytes(&mut self, address: Address, bytes: &[u8]) -> Result<(), Full> {
         let [low, high] = address.index.to_le_bytes();
         self.push(&[low, high, address.sub, bytes.len() as u8])?;

@@ -3,7 +3,6 @@
 use can::Frame;
 
 use crate::outbox::Slot;
-use crate::pdo::Rpdo;
 use crate::{CobId, CommunicationErrors, Events, Instant, NmtState, Node, NodeMemory, Owner, PDOS};
 
 /// Which frames are SYNCs, and when this node sends one.
@@ -11,6 +10,8 @@ use crate::{CobId, CommunicationErrors, Events, Instant, NmtState, Node, NodeMem
 pub(crate) struct Sync {
     /// [`can::Frame::key`] of the SYNC frame, or a key that no frame has.
     pub(crate) key: u32,
+    /// SYNCs of any length are obeyed, and there is no counter and no window.
+    is_plain: bool,
     /// Bytes of a SYNC, if they matter: 1 with a counter, 0 without (0x1019).
     length: Option<u8>,
     /// The greatest value of the counter; 0: there is none.
@@ -42,6 +43,7 @@ pub(crate) struct SyncParameters {
 impl Sync {
     pub(crate) const DEFAULT: Sync = Sync {
         key: 0x80,
+        is_plain: true,
         length: None,
         overflow: 0,
         counter: 1,
@@ -73,6 +75,7 @@ impl Sync {
         };
         Sync {
             key,
+            is_plain: parameters.overflow.is_none() && parameters.window_us == 0,
             length: parameters.overflow.map(|overflow| u8::from(overflow > 1)),
             overflow: parameters.overflow.unwrap_or(0),
             counter: if due == before.due { before.counter } else { 1 },
@@ -123,37 +126,44 @@ impl<M: NodeMemory> Node<M> {
         if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
             return;
         }
-        let is_good = self.sync.accepts(frame.len());
-        if !is_good || self.service_errors.has(CommunicationErrors::SYNC_LENGTH) {
-            self.note(CommunicationErrors::SYNC_LENGTH, !is_good, events);
-        }
-        if !is_good {
+        if !self.sync.is_plain && !self.judge_sync_frame(frame, now, events) {
             return;
         }
-        let [counter, ..] = frame.bytes();
-        self.synchronise(counter, now, owner, events);
+        self.synchronise(now, owner, events);
+    }
+
+    /// Applies the receive PDOs whose SYNC this is. Outside operational none waits.
+    fn apply_buffered<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
+        self.rpdo_waits = false;
+        for n in 0..PDOS {
+            let Some(rpdo) = self.rpdo.get_mut(n) else {
+                return;
+            };
+            let due = rpdo.sync();
+            self.rpdo_waits |= rpdo.waits();
+            if let Some(data) = due {
+                self.apply(n, data, now, owner, events);
+            }
+        }
+    }
+
+    /// Whether a SYNC is as long as 0x1019 says. Then begins with it what depends on its counter.
+    fn judge_sync_frame(&mut self, frame: &Frame, now: Instant, events: &mut Events) -> bool {
+        let is_good = self.sync.accepts(frame.len());
+        self.note(CommunicationErrors::SYNC_LENGTH, !is_good, events);
+        if is_good {
+            let [counter, ..] = frame.bytes();
+            self.open_window(counter, now);
+        }
+        is_good
     }
 
     /// Does what a SYNC asks for: applies receive PDOs, samples transmit PDOs.
     #[inline]
-    fn synchronise<O: Owner>(
-        &mut self,
-        counter: u8,
-        now: Instant,
-        owner: &mut O,
-        events: &mut Events,
-    ) {
+    fn synchronise<O: Owner>(&mut self, now: Instant, owner: &mut O, events: &mut Events) {
         events.sync = true;
-        if self.sync.overflow > 1 || self.sync.window_ns != 0 {
-            self.open_window(counter, now);
-        }
-        if self.state == NmtState::Operational {
-            for n in 0..PDOS {
-                let due = self.rpdo.get_mut(n).and_then(Rpdo::sync);
-                if let Some(data) = due {
-                    self.apply(n, data, now, owner, events);
-                }
-            }
+        if self.rpdo_waits {
+            self.apply_buffered(now, owner, events);
         }
         if self.sends_pdos(self.state) {
             self.sample_with_sync(owner);
@@ -161,7 +171,6 @@ impl<M: NodeMemory> Node<M> {
     }
 
     /// What only some SYNCs have: a counter, and a window for the PDOs that belong to it.
-    #[cold]
     fn open_window(&mut self, counter: u8, now: Instant) {
         if self.sync.overflow > 1 {
             for tpdo in &mut self.tpdo {
@@ -214,6 +223,7 @@ impl<M: NodeMemory> Node<M> {
             false => counter + 1,
         };
         self.outbox.post(Slot::Sync);
-        self.synchronise(counter, now, owner, events);
+        self.open_window(counter, now);
+        self.synchronise(now, owner, events);
     }
 }

@@ -1,57 +1,15 @@
 //! One drive function: the state machine, the mode in force and what they demand.
 
 use crate::arithmetic::{measured, within};
+use crate::conditions::Watch;
 use crate::modes::{Bits, Inputs, Limited, Motion};
+use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
-use crate::quick_stop::{OptionCode, QuickStop};
-use crate::windows::Monitor;
+use crate::stop::Stop;
 use crate::{
-    Actual, Configuration, Controlword, Demand, Dialect, Mode, ModeSet, State, Statusword, Target,
-    Targets,
+    Actual, Conditions, Configuration, Controlword, Demand, Dialect, Mode, ModeRefused, ModeSet,
+    Outcome, State, Statusword, Target, Targets,
 };
-
-/// What a write of the controlword led to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Outcome {
-    /// The state before the write.
-    pub before: State,
-    /// The state after it.
-    pub after: State,
-    /// Transition 15 was taken: the owner clears its latched faults, and calls [`Axis::fault`]
-    /// again for each cause that is still there.
-    pub fault_reset: bool,
-}
-
-/// Why a mode of operation was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ModeRefused {
-    /// The drive does not have it: abort code 0x06090030.
-    Unsupported(Mode),
-    /// Not in this state: abort code 0x08000022.
-    NotNow(State),
-}
-
-/// What the axis notices and the drive's fault manager judges. All are conditions of the present
-/// moment; latching is the manager's business.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Conditions {
-    /// The following error exceeds its warning window (0x6065, 0x6066).
-    pub following_warning: bool,
-    /// The following error exceeds its fault window (P3: 0x2120, 0x2121).
-    pub following_fault: bool,
-    /// The velocity error exceeds its warning window (P3: 0x606D, 0x606E).
-    pub velocity_warning: bool,
-    /// The velocity error exceeds its fault window (P3: 0x2104, 0x2105).
-    pub velocity_fault: bool,
-    /// The target is beyond the position limits.
-    pub position_limited: bool,
-    /// The demand is held back by the velocity limit.
-    pub velocity_limited: bool,
-    /// The demand is held back by the acceleration or deceleration limit.
-    pub acceleration_limited: bool,
-    /// The target torque exceeds the limit, or the controllers are at one of theirs.
-    pub torque_limited: bool,
-}
 
 /// One drive function.
 ///
@@ -68,16 +26,16 @@ pub struct Axis {
     mode: Mode,
     /// At work in operation enabled.
     motion: Motion,
-    /// At work in quick stop active.
-    quick_stop: Option<QuickStop>,
+    /// At work in quick stop active, or in operation enabled as the halt.
+    stop: Option<Stop>,
+    /// 0x605A as the last quick stop began.
+    quick_stop_code: QuickStopCode,
+    /// The motor stood at the last tick of a halt whose demand had come to its end.
+    halted: bool,
     demand: Demand,
     /// `demand` has not been taken yet.
     fresh: bool,
-    following_warning: Monitor,
-    following_fault: Monitor,
-    velocity_warning: Monitor,
-    velocity_fault: Monitor,
-    conditions: Conditions,
+    watch: Watch,
     /// From [`Actual`], as last seen.
     voltage: bool,
     warning: bool,
@@ -93,14 +51,12 @@ impl Axis {
             controlword: Controlword(0),
             mode: Mode::IDLE,
             motion: Motion::IDLE,
-            quick_stop: None,
+            stop: None,
+            quick_stop_code: QuickStopCode::DEFAULT,
+            halted: false,
             demand: Demand::Off,
             fresh: false,
-            following_warning: Monitor::NEW,
-            following_fault: Monitor::NEW,
-            velocity_warning: Monitor::NEW,
-            velocity_fault: Monitor::NEW,
-            conditions: Conditions::NONE,
+            watch: Watch::NEW,
             voltage: false,
             warning: false,
             limited: false,
@@ -127,9 +83,9 @@ impl Axis {
         let now = Controlword(word);
         let previous = core::mem::replace(&mut self.controlword, now);
         let before = self.state;
-        let code = match &self.quick_stop {
-            Some(stop) => stop.code(),
-            None => OptionCode::of(configuration),
+        let code = match before {
+            State::QuickStopActive => self.quick_stop_code,
+            _ => QuickStopCode::of(configuration),
         };
         let step = before.written(previous, now, code.stays(), self.dialect);
         let inputs = self.inputs(configuration, targets, actual);
@@ -137,9 +93,12 @@ impl Axis {
             self.enter(step.state, code, &inputs);
         }
         if self.state == State::OperationEnabled {
-            self.motion
-                .generator_mut()
-                .controlword(previous, now, &inputs);
+            let motion = self.motion.generator_mut();
+            if self.stop.is_some() {
+                motion.halted(&inputs);
+            }
+            motion.controlword(previous, now, &inputs);
+            self.halt_or_resume(&inputs);
         }
         Outcome {
             before,
@@ -187,7 +146,7 @@ impl Axis {
         actual: &Actual,
     ) {
         self.observe(actual);
-        if self.state == State::OperationEnabled {
+        if self.state == State::OperationEnabled && self.stop.is_none() {
             let inputs = self.inputs(configuration, targets, actual);
             if let Some(demand) = self.motion.generator_mut().set_point(target, &inputs) {
                 self.put(demand);
@@ -200,7 +159,7 @@ impl Axis {
     /// The owner renames the position in the control half at the same moment.
     pub fn preset_position(&mut self, offset: i32) {
         self.motion.generator_mut().shift(offset);
-        if let Some(stop) = &mut self.quick_stop {
+        if let Some(stop) = &mut self.stop {
             stop.shift(offset);
         }
         if let Demand::Position { start, .. } = &mut self.demand {
@@ -221,17 +180,25 @@ impl Axis {
     pub fn tick(&mut self, configuration: &Configuration, targets: &Targets, actual: &Actual) {
         self.observe(actual);
         let inputs = self.inputs(configuration, targets, actual);
-        self.watch(&inputs);
+        self.watch.tick(&self.demand, &inputs);
         match self.state {
-            State::OperationEnabled => {
-                if let Some(demand) = self.motion.generator_mut().tick(&inputs) {
+            State::OperationEnabled => match &mut self.stop {
+                Some(halt) => {
+                    let demand = halt.tick(&inputs);
+                    self.halted = halt.stopped() && configuration.stands(measured(actual.velocity));
+                    self.motion.generator_mut().halted(&inputs);
                     self.put(demand);
                 }
-            }
+                None => {
+                    if let Some(demand) = self.motion.generator_mut().tick(&inputs) {
+                        self.put(demand);
+                    }
+                }
+            },
             State::QuickStopActive => {
-                if let Some(stop) = &mut self.quick_stop {
+                if let Some(stop) = &mut self.stop {
                     let demand = stop.tick(&inputs);
-                    if stop.stopped() && !stop.code().stays() {
+                    if stop.stopped() && !self.quick_stop_code.stays() {
                         self.leave(); // 12
                         self.state = State::SwitchOnDisabled;
                     } else {
@@ -282,8 +249,13 @@ impl Axis {
     /// The value of 0x6041.
     pub fn statusword(&self) -> Statusword {
         let flag = |bit: u16, on: bool| if on { bit } else { 0 };
-        let bits = match (self.state, &self.quick_stop) {
-            (State::OperationEnabled, _) => self.motion.generator().bits(),
+        let bits = match (self.state, &self.stop) {
+            (State::OperationEnabled, None) => self.motion.generator().bits(),
+            // CiA 402: halted, bit 10 says that the axis stands.
+            (State::OperationEnabled, Some(_)) => Bits {
+                target_reached: self.halted,
+                ..self.motion.generator().bits()
+            },
             // CiA 402: with codes 5 to 8, at rest.
             (State::QuickStopActive, Some(stop)) => Bits {
                 target_reached: stop.stopped(),
@@ -293,19 +265,14 @@ impl Axis {
         };
         let following = self.state == State::OperationEnabled
             && matches!(self.mode, Mode::PROFILE_POSITION | Mode::CYCLIC_POSITION)
-            && (self.conditions.following_warning || self.conditions.following_fault);
-        let conditions = self.conditions();
-        let limit = conditions.position_limited
-            || conditions.velocity_limited
-            || conditions.acceleration_limited
-            || conditions.torque_limited;
+            && self.watch.following();
         Statusword(
             self.state.pattern()
                 | flag(Statusword::VOLTAGE, self.voltage)
                 | flag(Statusword::WARNING, self.warning)
                 | flag(Statusword::REMOTE, self.dialect.remote_bit)
                 | flag(Statusword::TARGET_REACHED, bits.target_reached)
-                | flag(Statusword::INTERNAL_LIMIT, limit)
+                | flag(Statusword::INTERNAL_LIMIT, self.conditions().limited())
                 | flag(Statusword::MODE_12, bits.specific)
                 | flag(Statusword::MODE_13, following),
         )
@@ -314,17 +281,14 @@ impl Axis {
     /// What the axis notices at present.
     pub fn conditions(&self) -> Conditions {
         let limited = match self.state {
-            State::OperationEnabled => self.motion.generator().limited(),
+            State::OperationEnabled if self.stop.is_none() => self.motion.generator().limited(),
             _ => Limited::default(),
         };
         let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
-        Conditions {
-            position_limited: limited.position,
-            velocity_limited: limited.velocity,
-            acceleration_limited: limited.acceleration,
-            torque_limited: limited.torque || (powered && self.limited),
-            ..self.conditions
-        }
+        self.watch.conditions(Limited {
+            torque: limited.torque || (powered && self.limited),
+            ..limited
+        })
     }
 
     /// Takes note of what the statusword shows.
@@ -401,22 +365,23 @@ impl Axis {
     }
 
     /// Everything that happens on entering a state by a command.
-    fn enter(&mut self, state: State, code: OptionCode, inputs: &Inputs<'_>) {
+    fn enter(&mut self, state: State, code: QuickStopCode, inputs: &Inputs<'_>) {
         self.state = state;
         match state {
             State::OperationEnabled => {
-                self.quick_stop = None;
                 if self.dialect.mode_display_cleared_on_enable {
                     self.mode = Mode::IDLE;
                 }
                 self.start_mode(inputs);
             }
             State::QuickStopActive if !code.frees(self.dialect) => {
-                let by_position = matches!(self.demand, Demand::Position { .. });
-                let stop = QuickStop::new(code, self.dialect, by_position, inputs);
                 self.motion = Motion::IDLE;
-                self.put(stop.begin());
-                self.quick_stop = Some(stop);
+                self.quick_stop_code = code;
+                self.begin_stop(match self.demand {
+                    _ if !self.dialect.ramps_on_stop => Stop::in_place(inputs),
+                    Demand::Position { .. } => Stop::by_position(code.braking(), inputs),
+                    _ => Stop::by_velocity(code.braking(), inputs),
+                });
             }
             State::QuickStopActive => {
                 self.leave(); // 12
@@ -429,24 +394,54 @@ impl Axis {
     /// The mode in force starts anew; its statusword bits are cleared (P3 l.474).
     fn start_mode(&mut self, inputs: &Inputs<'_>) {
         self.motion = Motion::start(self.mode, inputs);
-        self.forget();
-        self.put(self.motion.generator().begin());
+        self.stop = None;
+        self.watch = Watch::NEW;
+        if !self.halt_or_resume(inputs) {
+            self.put(self.motion.generator().begin());
+        }
+    }
+
+    /// Obeys controlword bit 8 in operation enabled. Whether a halt is at work.
+    fn halt_or_resume(&mut self, inputs: &Inputs<'_>) -> bool {
+        let wanted = self.dialect.halt_bit && self.controlword.halt();
+        match (wanted, self.stop.is_some()) {
+            (true, false) => {
+                let braking = Braking::of_halt(inputs.configuration);
+                self.begin_stop(match self.mode {
+                    Mode::PROFILE_POSITION => Stop::by_position(braking, inputs),
+                    Mode::PROFILE_VELOCITY => Stop::by_velocity(braking, inputs),
+                    // This mode's ramp is the torque slope.
+                    Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
+                    Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),
+                    // The cyclic modes do not look at the bit.
+                    _ => return false,
+                });
+                true
+            }
+            (false, true) => {
+                self.stop = None;
+                let motion = self.motion.generator_mut();
+                motion.resume(inputs);
+                let demand = motion.begin();
+                self.put(demand);
+                false
+            }
+            (wanted, _) => wanted,
+        }
+    }
+
+    fn begin_stop(&mut self, stop: Stop) {
+        self.put(stop.begin());
+        self.stop = Some(stop);
+        self.halted = false;
     }
 
     /// The motor is free, and nothing is left of its motion.
     fn leave(&mut self) {
         self.motion = Motion::IDLE;
-        self.quick_stop = None;
-        self.forget();
+        self.stop = None;
+        self.watch = Watch::NEW;
         self.put(Demand::Off);
-    }
-
-    fn forget(&mut self) {
-        self.following_warning = Monitor::NEW;
-        self.following_fault = Monitor::NEW;
-        self.velocity_warning = Monitor::NEW;
-        self.velocity_fault = Monitor::NEW;
-        self.conditions = Conditions::NONE;
     }
 
     fn put(&mut self, demand: Demand) {
@@ -455,50 +450,4 @@ impl Axis {
             self.fresh = true;
         }
     }
-
-    /// Following error and velocity error against their windows.
-    fn watch(&mut self, inputs: &Inputs<'_>) {
-        let position_error = match self.demand {
-            Demand::Position { .. } => {
-                let error = inputs.present.position.wrapping_sub(inputs.actual.position);
-                Some((f64::from(error) + inputs.present.fraction).abs())
-            }
-            _ => None,
-        };
-        let velocity_error = match self.demand {
-            Demand::Velocity { .. } => {
-                Some((inputs.present.velocity - measured(inputs.actual.velocity)).abs())
-            }
-            _ => None,
-        };
-        let configuration = inputs.configuration;
-        self.conditions = Conditions {
-            following_warning: self
-                .following_warning
-                .tick(configuration.following_warning, position_error),
-            following_fault: self
-                .following_fault
-                .tick(configuration.following_fault, position_error),
-            velocity_warning: self
-                .velocity_warning
-                .tick(configuration.velocity_warning, velocity_error),
-            velocity_fault: self
-                .velocity_fault
-                .tick(configuration.velocity_fault, velocity_error),
-            ..Conditions::NONE
-        };
-    }
-}
-
-impl Conditions {
-    const NONE: Conditions = Conditions {
-        following_warning: false,
-        following_fault: false,
-        velocity_warning: false,
-        velocity_fault: false,
-        position_limited: false,
-        velocity_limited: false,
-        acceleration_limited: false,
-        torque_limited: false,
-    };
 }

@@ -47,6 +47,8 @@ pub struct Configuration {
     pub interpolation_period_ns: u32,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
     pub quick_stop_option: i16,
+    /// Halt option code (0x605D), 1 to 4; others count as 1.
+    pub halt_option: i16,
     /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
     pub following_warning: Option<Window>,
     /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
@@ -68,7 +70,7 @@ pub struct Configuration {
 
 impl Default for Configuration {
     /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; quick stop on
-    /// its ramp.
+    /// its ramp, halt on the slow-down ramp.
     fn default() -> Configuration {
         Configuration {
             profile_velocity: 0.0,
@@ -83,6 +85,7 @@ impl Default for Configuration {
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
             quick_stop_option: 2,
+            halt_option: 1,
             following_warning: None,
             following_fault: None,
             velocity_warning: None,
@@ -100,6 +103,18 @@ impl Default for Configuration {
 pub(crate) struct Cut<T> {
     pub(crate) value: T,
     pub(crate) limited: bool,
+}
+
+impl<T: PartialOrd> Cut<T> {
+    /// Whether `wanted` was greater than what is allowed.
+    pub(crate) fn above(&self, wanted: &T) -> bool {
+        *wanted > self.value
+    }
+
+    /// Whether `wanted` was less than what is allowed.
+    pub(crate) fn below(&self, wanted: &T) -> bool {
+        *wanted < self.value
+    }
 }
 
 impl Configuration {

@@ -16,6 +16,9 @@ pub struct Dialect {
     /// A quick stop decelerates. If not, option codes 0 to 4 free the motor at once, and 5 to 8
     /// hold the position of that moment (P3 l.185, l.841).
     pub ramps_on_stop: bool,
+    /// Controlword bit 8, halt, stops the axis in the modes 1, 3 and 4, as 0x605D says. If not, the
+    /// bit has no meaning (P3 l.149).
+    pub halt_bit: bool,
     /// Statusword bit 9 exists and is 1 (P3 has none, l.150).
     pub remote_bit: bool,
     /// The modes offered; those that the axis does not implement are left out.
@@ -29,6 +32,7 @@ impl Dialect {
         modes_only_when_enabled: false,
         mode_display_cleared_on_enable: false,
         ramps_on_stop: true,
+        halt_bit: true,
         remote_bit: true,
         modes: ModeSet::IMPLEMENTED,
     };

@@ -11,8 +11,8 @@
 //! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
 //! (the trapezoid), then the modes one by one, then [`Axis`], which ties them together.
 //!
-//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, halt, the
-//! option codes 0x605B to 0x605E and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
+//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, the option
+//! codes 0x605B, 0x605C and 0x605E, and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
 //! 0x6502 follows from it.
 #![no_std]
 #![cfg_attr(
@@ -27,26 +27,32 @@
 
 mod arithmetic;
 mod axis;
+mod conditions;
 mod configuration;
 mod controlword;
 mod demand;
 mod dialect;
 mod mode;
 mod modes;
+mod option_code;
+mod outcome;
 mod path;
 mod profile;
-mod quick_stop;
 mod ramp;
 mod state;
 mod statusword;
+mod stop;
+mod torque;
 mod windows;
 
-pub use axis::{Axis, Conditions, ModeRefused, Outcome};
+pub use axis::Axis;
+pub use conditions::Conditions;
 pub use configuration::{Actual, Configuration, Target, Targets, Window};
 pub use controlword::{Command, Controlword, ControlwordInMode};
 pub use demand::{Demand, Point};
 pub use dialect::Dialect;
 pub use mode::{Mode, ModeSet};
+pub use outcome::{ModeRefused, Outcome};
 pub use profile::{Profile, ProfileLimits};
 pub use state::{State, Step};
 pub use statusword::{Statusword, StatuswordInMode};

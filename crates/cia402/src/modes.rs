@@ -29,7 +29,10 @@ pub(crate) struct Inputs<'a> {
 /// Which limits hold a demand back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Limited {
-    pub(crate) position: bool,
+    /// The target lies beyond the greatest position.
+    pub(crate) above: bool,
+    /// The target lies beyond the least position.
+    pub(crate) below: bool,
     pub(crate) velocity: bool,
     pub(crate) acceleration: bool,
     pub(crate) torque: bool,
@@ -59,6 +62,13 @@ pub(crate) trait Generator {
 
     /// One millisecond more; the demand of the next one, or `None` to go on with the present one.
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand>;
+
+    /// One millisecond more of a halt (controlword bit 8), which moves the axis in this mode's
+    /// stead.
+    fn halted(&mut self, _inputs: &Inputs<'_>) {}
+
+    /// The halt is over: on to the target from where the axis stands.
+    fn resume(&mut self, _inputs: &Inputs<'_>) {}
 
     /// Positions have become `offset` counts greater; the axis stays where it is.
     fn shift(&mut self, _offset: i32) {}

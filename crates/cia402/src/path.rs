@@ -51,9 +51,13 @@ impl Path {
     /// At the first tick: a path that began in motion continues from where the demand has come to
     /// since.
     pub(crate) fn resume(&mut self, present: &Present, deceleration: f64) {
-        if self.ended() {
-            return;
+        if !self.ended() {
+            self.restart(present, deceleration);
         }
+    }
+
+    /// From the present position and velocity to rest, in this path's counts.
+    pub(crate) fn restart(&mut self, present: &Present, deceleration: f64) {
         let position = self.position();
         let moved = present.position.wrapping_sub(position as i32);
         *self = Path {

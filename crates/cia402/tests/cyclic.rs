@@ -276,7 +276,11 @@ fn limits_hold_back_and_say_so() {
             "{target}"
         );
         assert_eq!(rig.status() & LIMIT != 0, limited, "{target}");
-        assert_eq!(rig.axis.conditions().position_limited, limited, "{target}");
+        assert_eq!(
+            rig.axis.conditions().position_limited(),
+            limited,
+            "{target}"
+        );
     }
 
     // Velocity and acceleration in velocity mode: 0 to 1000 at 100,000 counts/s² takes 10 ms.

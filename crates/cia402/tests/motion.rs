@@ -197,7 +197,11 @@ fn limits_of_profile_moves() {
         rig.run_ms(300);
         assert_eq!(rig.sample().position, f64::from(ends));
         assert_eq!(rig.status() & LIMIT != 0, limited, "{target}");
-        assert_eq!(rig.axis.conditions().position_limited, limited, "{target}");
+        assert_eq!(
+            rig.axis.conditions().position_limited(),
+            limited,
+            "{target}"
+        );
     }
 }
 

@@ -50,6 +50,9 @@ fn anything_may_be_written_at_any_time() {
                 8 => configuration.max_torque_pm = number,
                 9 => configuration.torque_slope_pm_per_s = window.map(|_| number),
                 10 => configuration.interpolation_period_ns = integer as u32,
+                11 if random.below(2) == 0 => {
+                    configuration.halt_option = random.below(7) as i16 - 1;
+                }
                 11 => configuration.quick_stop_option = random.below(12) as i16 - 2,
                 12 => configuration.position_window = window,
                 13 => configuration.following_fault = window,
@@ -75,7 +78,8 @@ fn anything_may_be_written_at_any_time() {
                 }
                 31..=33 => {
                     let words = [
-                        0x80, 0x86, 0x06, 0x0F, 0x1F, 0x3F, 0x5F, 0x7F, 0x21F, 0x02, 0x0F,
+                        0x80, 0x86, 0x06, 0x0F, 0x1F, 0x3F, 0x5F, 0x7F, 0x21F, 0x02, 0x0F, 0x10F,
+                        0x11F, 0x15F,
                     ];
                     let word = match random.below(20) {
                         0 => random.next() as u16,

@@ -1,9 +1,12 @@
 //! The subcommands.
 
+pub(crate) mod eds;
+pub(crate) mod lss;
 pub(crate) mod monitor;
 pub(crate) mod nmt;
 pub(crate) mod od;
 pub(crate) mod play;
+pub(crate) mod program;
 pub(crate) mod replay;
 pub(crate) mod scan;
 pub(crate) mod sdo;

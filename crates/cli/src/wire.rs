@@ -1,18 +1,21 @@
 //! The way to a bus behind an endpoint, in real time.
 
+use std::future::poll_fn;
+use std::pin::pin;
+use std::task::Poll;
 use std::time::{Duration, Instant as RealTime};
 
-use bus::{Connection, ConnectionError, Endpoint};
+use bus::{Connection, ConnectionError, Endpoint, Report};
 use can::Frame;
 use canopen::Instant;
 use client::{Link, LinkError};
 
-use crate::Failure;
+use crate::{Failure, output};
 
 /// Where the bus is that a subcommand talks to.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct WireArguments {
-    /// The bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT.
+    /// The bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or socketcan://INTERFACE.
     #[arg(
         long,
         value_name = "ENDPOINT",
@@ -53,6 +56,15 @@ pub(crate) fn run<T>(
     })
 }
 
+/// Tells people what the controller's driver has reported, and gives it.
+pub(crate) fn tell_reports(connection: &mut Connection) -> Vec<Report> {
+    let reports = connection.take_reports();
+    for report in &reports {
+        output::tell(format_args!("{}: {}", connection.endpoint(), report.error));
+    }
+    reports
+}
+
 /// A [`Link`] to a bus in real time, which counts from the connection.
 #[derive(Debug)]
 pub(crate) struct WireLink {
@@ -90,6 +102,7 @@ impl Link for WireLink {
 
     async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {
         let sent = self.connection.send(frame).await;
+        tell_reports(&mut self.connection);
         sent.map_err(|error| self.lost(&error))
     }
 
@@ -98,10 +111,24 @@ impl Link for WireLink {
         // already is found.
         tokio::task::yield_now().await;
         let longest = Duration::from_nanos(until.since_ns(self.now()));
-        match tokio::time::timeout(longest, self.connection.receive()).await {
-            Ok(Ok(received)) => Ok(Some((self.now(), received.frame))),
-            Ok(Err(error)) => Err(self.lost(&error)),
-            Err(_) => Ok(None),
+        let received = if longest.is_zero() {
+            // A timer, even one that has run out, would cost a millisecond.
+            let mut receive = pin!(self.connection.receive());
+            poll_fn(|context| match receive.as_mut().poll(context) {
+                Poll::Ready(received) => Poll::Ready(Some(received)),
+                Poll::Pending => Poll::Ready(None),
+            })
+            .await
+        } else {
+            tokio::time::timeout(longest, self.connection.receive())
+                .await
+                .ok()
+        };
+        tell_reports(&mut self.connection);
+        match received {
+            Some(Ok(received)) => Ok(Some((self.now(), received.frame))),
+            Some(Err(error)) => Err(self.lost(&error)),
+            None => Ok(None),
         }
     }
 }

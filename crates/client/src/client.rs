@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use can::Frame;
 use canopen::Instant;
 
+use crate::sdo::Method;
 use crate::{Link, LinkError};
 
 /// How SDO requests are written.
@@ -27,15 +28,47 @@ pub struct Settings {
     pub attempts: u32,
     /// How requests are written.
     pub form: RequestForm,
+    /// Which protocol transfers of any length use.
+    pub method: Method,
+    /// How block transfers are done.
+    pub blocks: BlockSettings,
 }
 
 impl Default for Settings {
-    /// 500 ms, one attempt, standard form.
+    /// 500 ms, one attempt, standard form, the protocol by the size.
     fn default() -> Settings {
         Settings {
             answer_ms: 500,
             attempts: 1,
             form: RequestForm::Standard,
+            method: Method::Auto,
+            blocks: BlockSettings::default(),
+        }
+    }
+}
+
+/// How block transfers are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockSettings {
+    /// Segments per block that uploads ask for, 1 to 127; others count as the nearest.
+    pub segments: u8,
+    /// Whether to offer a checksum.
+    pub crc: bool,
+    /// Objects of up to this many bytes may come by another protocol, if the server likes (CiA 301
+    /// 7.2.4.3.12); 0 forbids it.
+    pub switch_threshold: u8,
+    /// After such a pause, in milliseconds, a block that has begun counts as ended.
+    pub pause_ms: u64,
+}
+
+impl Default for BlockSettings {
+    /// 127 segments, with checksum, a threshold of 21 bytes, 100 ms.
+    fn default() -> BlockSettings {
+        BlockSettings {
+            segments: 127,
+            crc: true,
+            switch_threshold: 21,
+            pause_ms: 100,
         }
     }
 }
@@ -49,6 +82,8 @@ pub struct Client<L> {
     pub(crate) link: L,
     inbox: VecDeque<(Instant, Frame)>,
     lost: u64,
+    /// Bit n: node n has said that it knows no block transfers.
+    pub(crate) without_blocks: u128,
     /// Time-out, attempts and form of requests; may be changed between calls.
     pub settings: Settings,
 }
@@ -63,6 +98,7 @@ impl<L: Link> Client<L> {
             link,
             inbox: VecDeque::new(),
             lost: 0,
+            without_blocks: 0,
             settings: Settings::default(),
         }
     }

@@ -5,14 +5,15 @@
 //! may be a simulated bus in virtual time or a real interface. Start with [`Client`]; a monitor
 //! starts with [`decode::Decoder`], a test with [`transcript::Transcript`].
 //!
-//! Only expedited SDO transfers (up to four bytes) are offered yet; a server that begins a
-//! segmented one gets an abort and the caller [`sdo::Cause::NotExpedited`].
+//! Objects of up to four bytes are read and written by [`Client::upload`] and [`Client::download`],
+//! of any length by [`Client::upload_to`] and [`Client::download_from`].
 
 pub mod axis;
 mod block_on;
 mod client;
 pub mod decode;
 mod link;
+pub mod lss;
 mod nmt;
 pub mod pdo;
 pub mod scan;
@@ -21,7 +22,7 @@ pub mod transcript;
 mod value;
 
 pub use block_on::block_on;
-pub use client::{Client, RequestForm, Settings};
+pub use client::{BlockSettings, Client, RequestForm, Settings};
 pub use link::{Link, LinkError, Observed, Seen, Way};
 pub use nmt::{BootUp, WaitError};
 pub use value::{Value, ValueError};

@@ -147,6 +147,7 @@ impl<L: Link> Client<L> {
             answer_ms: scan.answer_ms,
             attempts: 1,
             form: RequestForm::Standard,
+            ..usual
         };
         let mut identified = Ok(());
         for found in found.values_mut().filter(|found| found.answers_sdo) {

@@ -117,7 +117,66 @@ const DIALOGUE: &[(&str, &str)] = &[
         "601#2108100010000000",
         "node 1 SDO: segmented write of 0x1008,0, 16 bytes",
     ),
-    ("7E5#0400000000000000", "LSS master, command 0x04"),
+    ("7E5#0400000000000000", "LSS master: switch all to waiting"),
+    (
+        "7E5#0401000000000000",
+        "LSS master: switch all to configuration",
+    ),
+    ("7E5#0402000000000000", "LSS master: command 0x04"),
+    ("7E5#04", "LSS master: command 0x04"),
+    ("7E5#1107000000000000", "LSS master: configure node ID 7"),
+    ("7E5#11FF000000000000", "LSS master: configure no node ID"),
+    ("7E5#1300030000000000", "LSS master: configure 250 kbit/s"),
+    (
+        "7E5#1380030000000000",
+        "LSS master: configure bit timing 3 of table 128",
+    ),
+    (
+        "7E5#15E8030000000000",
+        "LSS master: activate bit timing after 1000 ms",
+    ),
+    ("7E5#1700000000000000", "LSS master: store configuration"),
+    (
+        "7E5#43BC0B0000000000",
+        "LSS master: select serial number 0x00000BBC",
+    ),
+    (
+        "7E5#4BBC0B0000000000",
+        "LSS master: identify serial number to 0x00000BBC",
+    ),
+    (
+        "7E5#4C00000000000000",
+        "LSS master: identify devices without a node ID",
+    ),
+    ("7E5#5100000000800000", "LSS master: fastscan begins"),
+    (
+        "7E5#51080400001F0000",
+        "LSS master: fastscan vendor ID 0x00000408 from bit 31",
+    ),
+    (
+        "7E5#51BC0B0000000300",
+        "LSS master: fastscan serial number 0x00000BBC from bit 0, next vendor ID",
+    ),
+    ("7E5#5A00000000000000", "LSS master: inquire vendor ID"),
+    ("7E5#5E00000000000000", "LSS master: inquire node ID"),
+    ("7E4#4400000000000000", "LSS slave: selected"),
+    ("7E4#1100000000000000", "LSS slave: node ID configured"),
+    (
+        "7E4#1101000000000000",
+        "LSS slave: refused, node ID out of range (error 1)",
+    ),
+    (
+        "7E4#1702000000000000",
+        "LSS slave: refused, the store cannot be written (error 2)",
+    ),
+    ("7E4#4F00000000000000", "LSS slave: identified"),
+    ("7E4#5000000000000000", "LSS slave: has no node ID"),
+    (
+        "7E4#5DBC0B0000000000",
+        "LSS slave: serial number 0x00000BBC",
+    ),
+    ("7E4#5EFF000000000000", "LSS slave: no node ID"),
+    ("7E4#5E05000000000000", "LSS slave: node ID 5"),
     ("6E0#00", "not a CANopen service known here"),
 ];
 

@@ -12,9 +12,6 @@ use crate::parameters::{LoopParameters, read_parameters};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
-/// The motor supply counts as present from here on, V (the P3 works from 12 V, l.56).
-const SUPPLY_PRESENT_V: f32 = 9.0;
-
 /// Everything about the drive that is not CANopen itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Application {
@@ -55,7 +52,7 @@ impl Application {
             max_motor_velocity: None,
             loops: read_parameters(image, personality, &hardware)?,
             parameter_error: None,
-            faults: FaultManager::new(personality.faults),
+            faults: FaultManager::new(personality),
             feedback,
             new_command: Some(Command::idle()),
             new_limits: false,
@@ -211,7 +208,7 @@ impl Application {
             limited: feedback.current_limited
                 || feedback.velocity_limited
                 || feedback.voltage_limited,
-            voltage: feedback.bus_voltage_v > SUPPLY_PRESENT_V,
+            voltage: feedback.bus_voltage_v > self.personality.supply.present_v,
             warning: self.faults.has_warning(),
         }
     }
@@ -289,6 +286,7 @@ impl Owner for Application {
         if self.personality.presets_position == Some(object) {
             let position = raw as i32;
             self.new_position = Some(position);
+            self.faults.position_renamed();
             self.axis
                 .preset_position(position.wrapping_sub(self.feedback.position));
             return Verdict::Done;

@@ -7,7 +7,7 @@ use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
 use crate::application::Application;
-use crate::{Hardware, Health, ParameterError, PwmTiming};
+use crate::{CommunicationErrors, Hardware, Health, ParameterError, PwmTiming};
 
 /// Interval of the axis's tick, ns.
 const TICK_NS: u64 = 1_000_000;
@@ -190,6 +190,11 @@ impl<M: NodeMemory> Comms<M> {
         self.application.faults.report(event);
     }
 
+    /// The errors of communication as they are now; call whenever they change.
+    pub fn report_communication(&mut self, errors: CommunicationErrors) {
+        self.application.faults.report_communication(errors);
+    }
+
     /// Starts communication over: the communication parameters are those stored, everything else
     /// stays.
     pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
@@ -248,11 +253,8 @@ impl<M: NodeMemory> Comms<M> {
             if let Some(handle) = self.personality.status_register {
                 image.set(handle, status);
             }
-            // P17: the last code other than 0 stays.
-            if let Some(handle) = self.personality.error_code
-                && news.code != 0
-            {
-                image.set(handle, news.code);
+            if let (Some(handle), Some(code)) = (self.personality.error_code, news.shown) {
+                image.set(handle, code);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use canopen::{Field, Image};
 use cia402::{Configuration, Targets, Window};
-use personalities::{AxisObjects, Scaled, WindowObjects};
+use personalities::{AxisObjects, Scaled, TargetWindow, WindowObjects};
 
 /// The value of an object in internal units.
 #[inline]
@@ -29,10 +29,10 @@ pub(crate) fn limit(image: &Image<'_>, object: Option<Scaled>) -> Option<f32> {
 }
 
 /// The least of several limits, of which 0 means "none".
-pub(crate) fn least(image: &Image<'_>, objects: &[Scaled]) -> Option<f32> {
+fn least(image: &Image<'_>, objects: [Option<Scaled>; 2]) -> Option<f32> {
     let mut least: Option<f32> = None;
     for object in objects {
-        let Some(next) = limit(image, Some(*object)) else {
+        let Some(next) = limit(image, object) else {
             continue;
         };
         least = Some(match least {
@@ -46,12 +46,27 @@ pub(crate) fn least(image: &Image<'_>, objects: &[Scaled]) -> Option<f32> {
 fn window(image: &Image<'_>, objects: Option<WindowObjects>) -> Option<Window> {
     let objects = objects?;
     let size = value(image, objects.size) as u32;
-    let time_ms = image.number(objects.time_ms).clamp(0, i64::from(u16::MAX)) as u16;
-    (size > 0).then_some(Window { size, time_ms })
+    (size > 0).then(|| Window {
+        size,
+        time_ms: time_ms(image, objects),
+    })
 }
 
-fn fixed((size, time_ms): (u32, u16)) -> Option<Window> {
-    Some(Window { size, time_ms })
+fn target_window(image: &Image<'_>, window: TargetWindow) -> Option<Window> {
+    match window {
+        TargetWindow::Fixed { size, time_ms } => Some(Window { size, time_ms }),
+        TargetWindow::Objects(objects) => {
+            let switched_off = image.raw(objects.size.field) == u32::MAX;
+            (!switched_off).then(|| Window {
+                size: count(image, objects.size) as u32,
+                time_ms: time_ms(image, objects),
+            })
+        }
+    }
+}
+
+fn time_ms(image: &Image<'_>, objects: WindowObjects) -> u16 {
+    image.number(objects.time_ms).clamp(0, i64::from(u16::MAX)) as u16
 }
 
 /// Reads the axis's configuration.
@@ -78,12 +93,15 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         quick_stop_option: objects
             .quick_stop_option
             .map_or(2, |field| image.number(field) as i16),
+        halt_option: objects
+            .halt_option
+            .map_or(1, |field| image.number(field) as i16),
         following_warning: window(image, objects.following_warning),
         following_fault: window(image, objects.following_fault),
         velocity_warning: window(image, objects.velocity_warning),
         velocity_fault: window(image, objects.velocity_fault),
-        position_window: fixed(objects.position_window),
-        velocity_window: fixed(objects.velocity_window),
+        position_window: target_window(image, objects.position_window),
+        velocity_window: target_window(image, objects.velocity_window),
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
     }

@@ -7,7 +7,7 @@ use control::io::{Duty, Sample, Scales};
 use control::{Cascade, Feedback};
 use personalities::Personality;
 
-use crate::{Comms, Health, ParameterError, PwmTiming, Request};
+use crate::{Comms, CommunicationErrors, Health, ParameterError, PwmTiming, Request};
 
 /// What the drive knows of the board it runs on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +115,11 @@ impl<M: NodeMemory> Drive<M> {
     /// See [`Comms::report`].
     pub fn report(&mut self, event: Health) {
         self.comms.report(event);
+    }
+
+    /// See [`Comms::report_communication`].
+    pub fn report_communication(&mut self, errors: CommunicationErrors) {
+        self.comms.report_communication(errors);
     }
 
     /// See [`Comms::reset_communication`]; the answer to [`canopen::Reset::Communication`].

@@ -3,12 +3,12 @@
 use canopen::{Image, Instant};
 use cia402::Conditions;
 use control::Feedback;
-use personalities::{Cause, FaultRow, Kind, States, Switch};
+use personalities::{Cause, FaultRow, Kind, Personality, States, Switch};
 
 use crate::configuration::value;
 
-/// How long the motor supply must be beyond its limit (P3 l.1043), ns.
-const SUPPLY_FILTER_NS: u64 = 450_000_000;
+/// Counts within a millisecond beyond which a position has not moved but got another sign (0x607E).
+const RENAMED: u32 = 1 << 20;
 
 /// What the host knows of the drive's health and the drive cannot measure: each is an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +21,23 @@ pub struct Health {
     pub can_overrun: bool,
     /// The CAN controller has recovered from bus-off.
     pub bus_off_recovered: bool,
+}
+
+/// Errors of communication, which the node and its CAN controller notice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CommunicationErrors {
+    /// A monitored heartbeat or the guarding is missing.
+    pub heartbeat_lost: bool,
+    /// An RPDO has not come within its time.
+    pub rpdo_timeout: bool,
+    /// The CAN controller is error passive.
+    pub error_passive: bool,
+    /// An event: an RPDO was shorter than its mapping, and ignored.
+    pub pdo_too_short: bool,
+    /// An event: an RPDO was longer than its mapping.
+    pub pdo_too_long: bool,
+    /// An event: a SYNC had another length than expected.
+    pub sync_length: bool,
 }
 
 /// What is judged once per millisecond.
@@ -41,19 +58,27 @@ pub(crate) struct Announcement {
     pub(crate) register: u8,
     /// Bytes 3 to 7 of the emergency frame.
     pub(crate) vendor: [u8; 5],
+    /// What 0x603F shows from now on, if that changes.
+    pub(crate) shown: Option<u16>,
 }
 
-/// The errors of one drive. At most 32 rows.
+/// The errors of one drive. At most [`personalities::MOST_FAULTS`] rows.
 #[derive(Clone, Debug)]
 pub(crate) struct FaultManager {
-    table: &'static [FaultRow],
+    personality: &'static Personality,
     /// A bit for each row that is active: a warning whose cause persists, or a latched fault.
-    active: u32,
+    active: u64,
     /// Events that have happened and are not yet judged.
     events: Health,
+    /// Present errors of communication, and its events that are not yet judged.
+    communication: CommunicationErrors,
     /// Errors that have come and gone, waiting to be announced.
-    raised: u32,
-    cleared: u32,
+    raised: u64,
+    cleared: u64,
+    /// The position at the last tick, counts.
+    position: Option<i32>,
+    /// Ticks until the control half shows a position by its new name.
+    renaming: u8,
     /// The last SYNC, or when the time-out was switched on.
     sync_since: Option<Instant>,
     supply_high_since: Option<Instant>,
@@ -61,13 +86,16 @@ pub(crate) struct FaultManager {
 }
 
 impl FaultManager {
-    pub(crate) fn new(table: &'static [FaultRow]) -> FaultManager {
+    pub(crate) fn new(personality: &'static Personality) -> FaultManager {
         FaultManager {
-            table,
+            personality,
             active: 0,
             events: Health::default(),
+            communication: CommunicationErrors::default(),
             raised: 0,
             cleared: 0,
+            position: None,
+            renaming: 0,
             sync_since: None,
             supply_high_since: None,
             supply_low_since: None,
@@ -82,6 +110,22 @@ impl FaultManager {
         self.events.bus_off_recovered |= event.bus_off_recovered;
     }
 
+    /// The errors of communication as they are now.
+    pub(crate) fn report_communication(&mut self, now: CommunicationErrors) {
+        let before = self.communication;
+        self.communication = CommunicationErrors {
+            pdo_too_short: before.pdo_too_short || now.pdo_too_short,
+            pdo_too_long: before.pdo_too_long || now.pdo_too_long,
+            sync_length: before.sync_length || now.sync_length,
+            ..now
+        };
+    }
+
+    /// The actual position gets another name, which is no motion.
+    pub(crate) fn position_renamed(&mut self) {
+        self.renaming = 2;
+    }
+
     /// A SYNC was received.
     pub(crate) fn sync(&mut self, now: Instant) {
         self.sync_since = Some(now);
@@ -91,8 +135,8 @@ impl FaultManager {
     pub(crate) fn judge(&mut self, image: &Image<'_>, seen: &Observation<'_>) -> bool {
         let events = core::mem::take(&mut self.events);
         let mut stop = false;
-        let table = self.table;
-        for (bit, row) in (0u32..32).zip(table) {
+        let table = self.personality.faults;
+        for (bit, row) in (0u32..64).zip(table) {
             let mask = 1 << bit;
             let looked_for = match row.states {
                 States::All => true,
@@ -113,13 +157,19 @@ impl FaultManager {
                 self.cleared |= mask;
             }
         }
+        self.communication = CommunicationErrors {
+            pdo_too_short: false,
+            pdo_too_long: false,
+            sync_length: false,
+            ..self.communication
+        };
         stop
     }
 
     /// A fault reset: every latched fault ends. Those whose cause persists come again with the
     /// next [`FaultManager::judge`].
     pub(crate) fn reset(&mut self) {
-        for (bit, row) in (0u32..32).zip(self.table) {
+        for (bit, row) in (0u32..64).zip(self.personality.faults) {
             if row.kind == Kind::Fault && self.active & (1 << bit) != 0 {
                 self.active &= !(1 << bit);
                 self.cleared |= 1 << bit;
@@ -130,25 +180,33 @@ impl FaultManager {
     /// The next change to announce, ended errors first.
     pub(crate) fn announce(&mut self) -> Option<Announcement> {
         let register = self.error_register();
+        let rules = self.personality.errors;
+        let table = self.personality.faults;
         if self.cleared != 0 {
             let bit = self.cleared.trailing_zeros();
             self.cleared &= self.cleared - 1;
-            let [low, high] = self.table.get(bit as usize)?.code.to_le_bytes();
-            // P16: the code of the ended error in bytes 6 and 7.
+            let ended = table.get(bit as usize)?.code;
+            let [low, high] = if rules.names_ended_error { ended } else { 0 }.to_le_bytes();
             return Some(Announcement {
                 code: 0,
                 register,
                 vendor: [0, 0, 0, low, high],
+                shown: (!rules.keeps_last_code).then(|| self.present_error()),
             });
         }
         if self.raised != 0 {
             let bit = self.raised.trailing_zeros();
             self.raised &= self.raised - 1;
-            let code = self.table.get(bit as usize)?.code;
+            let code = table.get(bit as usize)?.code;
             return Some(Announcement {
                 code,
                 register,
                 vendor: [0; 5],
+                shown: Some(if rules.keeps_last_code {
+                    code
+                } else {
+                    self.present_error()
+                }),
             });
         }
         None
@@ -172,10 +230,18 @@ impl FaultManager {
         self.active_rows().any(|row| row.kind == Kind::Warning)
     }
 
+    /// The code of an active error, faults before warnings, else in the table's order; 0 if there
+    /// is none.
+    fn present_error(&self) -> u16 {
+        let fault = self.active_rows().find(|row| row.kind == Kind::Fault);
+        let row = fault.or_else(|| self.active_rows().next());
+        row.map_or(0, |row| row.code)
+    }
+
     fn active_rows(&self) -> impl Iterator<Item = &'static FaultRow> {
         let active = self.active;
-        (0u32..32)
-            .zip(self.table)
+        (0u32..64)
+            .zip(self.personality.faults)
             .filter(move |(bit, _)| active & (1 << bit) != 0)
             .map(|(_, row)| row)
     }
@@ -186,6 +252,7 @@ impl FaultManager {
             Cause::BusOverVoltage => self.supply_high_since = None,
             Cause::BusUnderVoltage => self.supply_low_since = None,
             Cause::SyncLoss => self.sync_since = None,
+            Cause::PositionWrapped => self.position = None,
             _ => {}
         }
     }
@@ -201,6 +268,7 @@ impl FaultManager {
         let conditions = &seen.conditions;
         let feedback = seen.feedback;
         let now = seen.now;
+        let supply_ns = u64::from(self.personality.supply.limit_time_ms) * 1_000_000;
         let threshold = match row.switch {
             Switch::Object(object) => value(image, object),
             _ => 0.0,
@@ -213,11 +281,11 @@ impl FaultManager {
             Cause::CurrentLimit => feedback.i2t_active,
             Cause::BusOverVoltage => {
                 let beyond = feedback.bus_voltage_v > threshold;
-                lasts(&mut self.supply_high_since, beyond, now, SUPPLY_FILTER_NS)
+                lasts(&mut self.supply_high_since, beyond, now, supply_ns)
             }
             Cause::BusUnderVoltage => {
                 let beyond = feedback.bus_voltage_v < threshold;
-                lasts(&mut self.supply_low_since, beyond, now, SUPPLY_FILTER_NS)
+                lasts(&mut self.supply_low_since, beyond, now, supply_ns)
             }
             Cause::AmplifierTemperature => feedback.temperature_c > threshold,
             Cause::SyncLoss => {
@@ -237,6 +305,20 @@ impl FaultManager {
                 }
                 _ => false,
             },
+            Cause::PositiveSoftStop => conditions.above_greatest_position,
+            Cause::NegativeSoftStop => conditions.below_least_position,
+            Cause::PositionWrapped => {
+                let before = self.position.replace(feedback.position);
+                let renaming = self.renaming > 0;
+                self.renaming = self.renaming.saturating_sub(1);
+                !renaming && before.is_some_and(|before| wrapped(before, feedback.position))
+            }
+            Cause::HeartbeatLost => self.communication.heartbeat_lost,
+            Cause::RpdoTimeout => self.communication.rpdo_timeout,
+            Cause::ErrorPassive => self.communication.error_passive,
+            Cause::PdoTooShort => self.communication.pdo_too_short,
+            Cause::PdoTooLong => self.communication.pdo_too_long,
+            Cause::SyncLength => self.communication.sync_length,
             Cause::EncoderFeedback
             | Cause::MagnetDistance
             | Cause::ShortCircuit
@@ -245,9 +327,6 @@ impl FaultManager {
             | Cause::PositiveLimitSwitch
             | Cause::NegativeLimitSwitch
             | Cause::HomeSwitch
-            | Cause::PositiveSoftStop
-            | Cause::NegativeSoftStop
-            | Cause::PositionWrapped
             | Cause::Homing => false,
         }
     }
@@ -260,6 +339,12 @@ fn is_possible(image: &Image<'_>, switch: Switch) -> bool {
         Switch::Object(object) => image.raw(object.field) != 0,
         Switch::Either(one, other) => image.raw(one.field) != 0 || image.raw(other.field) != 0,
     }
+}
+
+/// Whether a position has gone beyond the end of its 32 bits.
+fn wrapped(before: i32, now: i32) -> bool {
+    let moved = now.wrapping_sub(before);
+    before.checked_add(moved).is_none() && moved.unsigned_abs() < RENAMED
 }
 
 /// Whether `is` has been so for `ns`.

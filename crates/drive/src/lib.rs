@@ -26,10 +26,12 @@ mod comms;
 mod configuration;
 mod drive;
 mod faults;
+pub mod flash;
 mod parameters;
+pub mod program;
 mod publish;
 
 pub use comms::{Comms, Request};
 pub use drive::{Drive, Hardware};
-pub use faults::Health;
+pub use faults::{CommunicationErrors, Health};
 pub use parameters::{ParameterError, PwmTiming};

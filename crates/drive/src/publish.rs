@@ -25,12 +25,12 @@ pub(crate) fn publish(
         let up = i32::from(feedback.demand_fraction >= 0.5);
         count(image, object, feedback.demand_position.wrapping_add(up));
     }
-    optional(image, shown.velocity_demand, feedback.demand_velocity);
-    optional(
-        image,
-        shown.torque_demand,
-        feedback.demand_current_a * pm_per_ampere,
-    );
+    for object in shown.velocity_demand {
+        optional(image, object, feedback.demand_velocity);
+    }
+    for object in shown.torque_demand {
+        optional(image, object, feedback.demand_current_a * pm_per_ampere);
+    }
     optional(image, shown.following_error, feedback.following_error);
     let velocity_error = feedback.demand_velocity - feedback.velocity_reported;
     optional(image, shown.velocity_error, velocity_error);

@@ -30,7 +30,7 @@ pub enum Switch {
     Object(Scaled),
     /// Off unless one of these objects is other than 0: the upper and the lower threshold.
     Either(Scaled, Scaled),
-    /// No object enables it (P46), and it is off.
+    /// No object enables it, and it is off.
     Off,
 }
 
@@ -91,6 +91,40 @@ pub enum Cause {
     Homing,
     /// Following error beyond the fault window.
     PositionTrackingFault,
+    /// The CAN controller is error passive.
+    ErrorPassive,
+    /// A monitored node's heartbeat is missing, or the master's guarding.
+    HeartbeatLost,
+    /// A received PDO was shorter than its mapping.
+    PdoTooShort,
+    /// A received PDO was longer than its mapping.
+    PdoTooLong,
+    /// A SYNC had another length than expected.
+    SyncLength,
+    /// A PDO did not come within its time.
+    RpdoTimeout,
+}
+
+/// How many rows a fault table may have: the fault manager keeps a bit for each.
+pub const MOST_FAULTS: usize = 64;
+
+/// How a drive shows its errors, beside the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorRules {
+    /// 0x603F keeps the code of the last error (P17). If not, it shows an error that is there, and
+    /// 0 when there is none.
+    pub keeps_last_code: bool,
+    /// The emergency that tells of an error's end has its code in bytes 6 and 7 (P16).
+    pub names_ended_error: bool,
+}
+
+/// What a drive expects of its motor supply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SupplyRules {
+    /// It counts as present above this, V: statusword bit 4.
+    pub present_v: f32,
+    /// How long it must be beyond one of its limits, ms.
+    pub limit_time_ms: u32,
 }
 
 /// One row of a fault table.

@@ -18,11 +18,12 @@ pub mod class;
 mod faults;
 mod objects;
 pub mod p3;
+pub mod p3_extended;
 mod personality;
 
-pub use faults::{Cause, FaultRow, Kind, States, Switch};
+pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
     AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects, LoopObjects,
-    MotorObjects, Scaled, TargetObjects, WindowObjects,
+    MotorObjects, Scaled, TargetObjects, TargetWindow, WindowObjects,
 };
 pub use personality::{ALL, Personality, by_name};

@@ -84,10 +84,10 @@ pub struct FeedbackObjects {
     pub current_a: Option<Scaled>,
     /// Position demand after limits (the P3's 0x60FC), counts.
     pub position_demand: Option<Scaled>,
-    /// Velocity demand after limits (the P3's 0x6043), counts/s.
-    pub velocity_demand: Option<Scaled>,
-    /// Torque demand after limits (the P3's 0x3023,1), per mille of rated torque.
-    pub torque_demand: Option<Scaled>,
+    /// Velocity demand after limits (0x606B, the P3's 0x6043), counts/s.
+    pub velocity_demand: [Option<Scaled>; 2],
+    /// Torque demand after limits (0x6074, the P3's 0x3023,1), per mille of rated torque.
+    pub torque_demand: [Option<Scaled>; 2],
     /// 0x60F4, counts.
     pub following_error: Option<Scaled>,
     /// Velocity demand minus actual (the P3's 0x3023,2), counts/s.
@@ -115,7 +115,7 @@ pub struct ConfigurationObjects {
     /// 0x6085, counts/s².
     pub quick_stop_deceleration: Option<Scaled>,
     /// 0x607F and whatever else limits the velocity demand, counts/s.
-    pub max_velocity: &'static [Scaled],
+    pub max_velocity: [Option<Scaled>; 2],
     /// 0x6080, the greatest speed in torque modes, counts/s.
     pub max_motor_velocity: Option<Scaled>,
     /// 0x60C5, counts/s².
@@ -132,6 +132,8 @@ pub struct ConfigurationObjects {
     pub interpolation_period: Option<(Field, Field)>,
     /// 0x605A.
     pub quick_stop_option: Option<Field>,
+    /// 0x605D.
+    pub halt_option: Option<Field>,
     /// Following error that warns, counts.
     pub following_warning: Option<WindowObjects>,
     /// Following error that is a fault, counts.
@@ -140,12 +142,27 @@ pub struct ConfigurationObjects {
     pub velocity_warning: Option<WindowObjects>,
     /// Velocity error that is a fault, counts/s.
     pub velocity_fault: Option<WindowObjects>,
-    /// When a position counts as reached, counts and ms, where no object says it.
-    pub position_window: (u32, u16),
-    /// When a velocity counts as reached, counts/s and ms, where no object says it.
-    pub velocity_window: (u32, u16),
+    /// When a position counts as reached, counts.
+    pub position_window: TargetWindow,
+    /// When a velocity counts as reached, counts/s.
+    pub velocity_window: TargetWindow,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
+}
+
+/// When a target counts as reached.
+#[derive(Clone, Copy, Debug)]
+pub enum TargetWindow {
+    /// The drive has no object for it.
+    Fixed {
+        /// Counts or counts/s.
+        size: u32,
+        /// Milliseconds.
+        time_ms: u16,
+    },
+    /// 0x6067 and 0x6068, or 0x606D and 0x606E. A window of 0 is none wide; 0xFFFFFFFF switches it
+    /// off, so that the end of the profile counts (CiA 402, 0x6067).
+    Objects(WindowObjects),
 }
 
 /// A window and its time; a window of 0 is off.

@@ -1,6 +1,8 @@
 //! One documented drive.
 
-use crate::{AmplifierObjects, AxisObjects, FaultRow, MotorObjects, p3};
+use crate::{
+    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, MotorObjects, SupplyRules, p3, p3_extended,
+};
 
 /// Everything by which one drive differs from another. Constant data.
 #[derive(Debug)]
@@ -21,6 +23,10 @@ pub struct Personality {
     pub amplifier: AmplifierObjects,
     /// The errors it announces.
     pub faults: &'static [FaultRow],
+    /// How it shows them.
+    pub errors: ErrorRules,
+    /// What it expects of its motor supply.
+    pub supply: SupplyRules,
     /// 0x603F: the error code shown.
     pub error_code: Option<canopen::Handle<u16>>,
     /// 0x1002: a bit for each error.
@@ -34,7 +40,7 @@ pub struct Personality {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3];
+pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

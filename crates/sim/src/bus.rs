@@ -81,7 +81,7 @@ impl Bus {
     }
 
     /// An outside program sends a frame now. It goes onto the wire when it wins arbitration. Call
-    /// [`Bus::run_until`] with the present time before each call, as [`crate::replay`] does: of
+    /// [`Bus::run_until`] with the present time before each call, as [`crate::replay()`] does: of
     /// frames sent at one instant the first then takes a free wire, also in a replay.
     pub fn send(&mut self, client: u32, frame: Frame) {
         self.gateway.push(client, frame);

@@ -10,13 +10,10 @@ use personalities::Personality;
 use plant::{Parameters, Plant};
 
 use crate::controller::Controller;
+use crate::flash_file::FlashFile;
 use crate::latency::Latency;
 use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
-use crate::store::ParameterStore;
-
-/// The largest set of parameters that a virtual drive can store, bytes.
-const STORE_BYTES: usize = 16 * 1024;
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -28,7 +25,7 @@ pub struct DriveSettings {
     /// Its motor, load and board.
     pub plant: Parameters,
     /// Its non-volatile memory.
-    pub store: ParameterStore,
+    pub store: FlashFile,
 }
 
 /// How much of the motor's friction a virtual drive's shaft has. The friction of the motor's figures
@@ -48,7 +45,7 @@ impl DriveSettings {
             node,
             personality,
             plant,
-            store: ParameterStore::memory(Vec::new()),
+            store: FlashFile::memory(Vec::new()),
         }
     }
 }
@@ -85,7 +82,7 @@ pub struct VirtualDrive {
     pub(crate) controller: Controller,
     pub(crate) errors: ErrorCounters,
     latency: Latency,
-    store: ParameterStore,
+    store: FlashFile,
     health: Health,
     /// When the next received frame is handled.
     service_at: Instant,
@@ -338,6 +335,10 @@ impl VirtualDrive {
         };
         let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
         let health = core::mem::take(&mut self.health);
+        if self.store.fell_back() {
+            let kept = self.store.set_aside();
+            notice(NoticeKind::StoreFellBack { kept });
+        }
         let made = Drive::new(
             self.personality,
             hardware,
@@ -368,7 +369,7 @@ impl VirtualDrive {
         notice: &mut impl FnMut(NoticeKind),
     ) {
         let Some(core) = &mut self.core else { return };
-        let mut bytes = vec![0; STORE_BYTES];
+        let mut bytes = vec![0; self.store.capacity()];
         let result = match core.stored(request, self.store.bytes(), &mut bytes) {
             Ok(used) => {
                 bytes.truncate(used);

@@ -21,12 +21,18 @@ pub struct Notice {
 /// What people should know of.
 #[derive(Debug)]
 pub enum NoticeKind {
-    /// The stored parameters were damaged; the drive has started on its defaults. The damaged file
-    /// is kept under the name given, if there is a file.
+    /// The stored parameters were damaged; the drive has started on its defaults. A copy of the
+    /// damaged file is kept under the name given, if there is a file.
     StoreDamaged {
         /// What is wrong with them.
         damage: Damage,
         /// Where they are kept now.
+        kept: Result<Option<PathBuf>, StoreError>,
+    },
+    /// The newest stored parameters were damaged; the drive has started on the set before them. A
+    /// copy of the damaged file is kept under the name given, if there is a file.
+    StoreFellBack {
+        /// Where the copy is.
         kept: Result<Option<PathBuf>, StoreError>,
     },
     /// A save command failed.
@@ -43,12 +49,13 @@ impl std::fmt::Display for Notice {
         match &self.kind {
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
-                match kept {
-                    Ok(Some(path)) => write!(f, ", kept as {}", path.display())?,
-                    Ok(None) => {}
-                    Err(error) => write!(f, ", and {error}")?,
-                }
+                write_kept(f, kept)?;
                 f.write_str("; it starts on its defaults and reports parameter error 0x6320")
+            }
+            NoticeKind::StoreFellBack { kept } => {
+                f.write_str("the newest stored parameters are damaged")?;
+                write_kept(f, kept)?;
+                f.write_str("; it starts on those stored before")
             }
             NoticeKind::CannotStore(error) => write!(f, "{error}"),
             NoticeKind::CannotStart(error) => {
@@ -58,5 +65,16 @@ impl std::fmt::Display for Notice {
                 f.write_str("bus-off: another participant sends with the same identifiers")
             }
         }
+    }
+}
+
+fn write_kept(
+    f: &mut std::fmt::Formatter<'_>,
+    kept: &Result<Option<PathBuf>, StoreError>,
+) -> std::fmt::Result {
+    match kept {
+        Ok(Some(path)) => write!(f, ", kept as {}", path.display()),
+        Ok(None) => Ok(()),
+        Err(error) => write!(f, ", and {error}"),
     }
 }

@@ -3,7 +3,7 @@
 mod master;
 use master::*;
 
-use sim::{NoticeKind, ParameterStore, Sender};
+use sim::{FlashFile, NoticeKind, Sender};
 
 fn heartbeats(master: &Master, node: u8) -> Vec<u8> {
     let id = 0x700 + u32::from(node);
@@ -143,10 +143,10 @@ fn what_is_stored_is_there_after_a_reset() {
 #[test]
 fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
     let folder = folder("damaged");
-    let file = folder.join("p3-node1.params");
+    let file = folder.join("p3-node1.flash");
     let settings = || {
         let mut settings = p3(1);
-        settings.store = ParameterStore::file(&folder, "p3", 1).unwrap();
+        settings.store = FlashFile::file(&folder, "p3", 1).unwrap();
         vec![settings]
     };
     {
@@ -164,12 +164,12 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
     *bad.last_mut().unwrap() ^= 1;
     let cut = good[..good.len() - 3].to_vec();
     for damaged in [bad, cut, b"no parameters at all".to_vec()] {
-        let aside = folder.join("p3-node1.params.corrupt");
+        let aside = folder.join("p3-node1.flash.corrupt");
         let _ = std::fs::remove_file(&aside);
         std::fs::write(&file, &damaged).unwrap();
         let mut master = Master::with(settings());
         assert_eq!(std::fs::read(&aside).unwrap(), damaged);
-        assert!(!file.exists());
+        assert_eq!(FlashFile::file(&folder, "p3", 1).unwrap().bytes(), [0u8; 0]);
         let notices = master.bus.take_notices();
         let [notice] = notices.as_slice() else {
             panic!("{notices:?}")
@@ -191,11 +191,38 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         master.run_ms(5);
         assert_eq!(master.state(1), READY_TO_SWITCH_ON);
         master.write(1, 0x1010, 1, &SAVE);
-        assert!(file.exists());
+        let saved = FlashFile::file(&folder, "p3", 1).unwrap();
+        assert!(!saved.bytes().is_empty() && !saved.is_damaged());
     }
+    {
+        let mut master = Master::with(settings());
+        assert!(master.bus.take_notices().is_empty());
+        assert_eq!(master.state(1), SWITCH_ON_DISABLED);
+        master.write_i32(1, 0x6083, 0, 888_888);
+        master.write(1, 0x1010, 1, &SAVE);
+    }
+    // Two sets: damage to the newest costs that one. It is the one in the first slot.
+    let newest = 128 + 20;
+    let mut bytes = std::fs::read(&file).unwrap();
+    let second = bytes[0x4000..].to_vec();
+    bytes[newest] ^= 1;
+    std::fs::write(&file, &bytes).unwrap();
     let mut master = Master::with(settings());
-    assert!(master.bus.take_notices().is_empty());
+    let notices = master.bus.take_notices();
+    let [notice] = notices.as_slice() else {
+        panic!("{notices:?}")
+    };
+    let text = notice.to_string();
+    assert!(
+        matches!(
+            &notice.kind,
+            NoticeKind::StoreFellBack { kept: Ok(Some(_)) }
+        ) && text.contains("it starts on those stored before"),
+        "{text}"
+    );
+    assert_eq!(master.read(1, 0x6083, 0), 2_000_000);
     assert_eq!(master.state(1), SWITCH_ON_DISABLED);
+    assert_eq!(std::fs::read(&file).unwrap()[0x4000..], second);
 }
 
 #[test]

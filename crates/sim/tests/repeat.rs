@@ -10,7 +10,7 @@ use canopen::Instant;
 use rand_core::{RngCore as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sim::{
-    Bus, BusSettings, Injection, ParameterStore, ReadError, Recording, RunHeader, Traffic, replay,
+    Bus, BusSettings, FlashFile, Injection, ReadError, Recording, RunHeader, Traffic, replay,
     run_fleet,
 };
 
@@ -218,7 +218,7 @@ fn a_recording_replays_byte_for_byte() {
     };
     let log = file("three.log");
     let mut settings = settings(9);
-    settings.drives[1].store = ParameterStore::memory(stored);
+    settings.drives[1].store = FlashFile::memory(stored);
     let mut recording = Recording::create(&log, &RunHeader::of(&settings)).unwrap();
     let mut bus = Bus::new(settings);
     let mut random = Pcg64Mcg::seed_from_u64(3);

@@ -82,7 +82,7 @@ impl<M: NodeMemory> Node<M> {
     }
 
     /// The mapped values of transmit PDO `n` now.
-    fn sample_of(&mut self, n: usize) -> u64 {
+    pub(crate) fn sample_of(&mut self, n: usize) -> u64 {
         match self.tpdo.get(n) {
             Some(tpdo) if tpdo.mapping.is_walked() => self.sample_walked(n),
             Some(tpdo) => tpdo.mapping.sample(self.memory.as_ref()),

@@ -38,6 +38,8 @@ pub(crate) struct Mapping {
     copies: [Copy; COPIES],
     count: u8,
     bits: u8,
+    /// As many as `bits` need.
+    bytes: u8,
     live: bool,
     walked: bool,
 }
@@ -123,9 +125,9 @@ impl Copy {
     fn sample(&self, bytes: &[u8]) -> u64 {
         let at = usize::from(self.offset);
         // Four bytes at once and a mask; only the image's last objects have fewer after them.
-        let raw = match bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
-            Some(four) => u32::from_le_bytes(*four) & self.mask(),
-            None => self.sample_at_end(bytes),
+        let raw = match bytes.get(at..at + 4) {
+            Some(&[b0, b1, b2, b3]) => u32::from_le_bytes([b0, b1, b2, b3]) & self.mask(),
+            _ => self.sample_at_end(bytes),
         };
         u64::from(raw) << (self.shift & 63)
     }
@@ -148,6 +150,7 @@ impl Mapping {
         copies: [Copy::NONE; COPIES],
         count: 0,
         bits: 0,
+        bytes: 0,
         live: false,
         walked: false,
     };
@@ -180,6 +183,7 @@ impl Mapping {
             }
             mapping.count += 1;
             mapping.bits = end as u8;
+            mapping.bytes = mapping.bits.div_ceil(8);
             mapping.live |= found.has(flag::LIVE);
         }
         if mapping.walked {
@@ -201,15 +205,17 @@ impl Mapping {
     /// The mapped values in `bytes` as the data of a PDO.
     #[inline]
     pub(crate) fn sample(&self, bytes: &[u8]) -> u64 {
-        self.copies()
-            .iter()
-            .fold(0, |data, copy| data | copy.sample(bytes))
+        let mut data = 0;
+        for copy in self.copies.iter().take(usize::from(self.count)) {
+            data |= copy.sample(bytes);
+        }
+        data
     }
 
     /// Bytes that a PDO of this mapping has; the last one's bits need not all be used.
     #[inline]
     pub(crate) fn bytes(&self) -> u8 {
-        self.bits.div_ceil(8)
+        self.bytes
     }
 
     /// How many objects are mapped.

@@ -92,6 +92,11 @@ impl Rpdo {
         (self.due_in == 0).then_some(self.buffer)
     }
 
+    /// Whether data wait for a SYNC.
+    pub(crate) fn waits(&self) -> bool {
+        self.due_in != 0
+    }
+
     /// Forgets what waits for a SYNC, and that a frame is awaited.
     pub(crate) fn discard(&mut self) {
         self.due_in = 0;
@@ -140,8 +145,9 @@ impl<M: NodeMemory> Node<M> {
             if too_late && rpdo.is_synchronous() {
                 continue;
             }
-            if let Some(data) = rpdo.accept(data, &self.device.dialect) {
-                self.apply(n, data, now, owner, events);
+            match rpdo.accept(data, &self.device.dialect) {
+                Some(data) => self.apply(n, data, now, owner, events),
+                None => self.rpdo_waits = true,
             }
         }
         is_mine

@@ -165,43 +165,54 @@ impl<M: NodeMemory> Node<M> {
     #[inline]
     pub(crate) fn sample_with_sync<O: Owner>(&mut self, owner: &mut O) {
         let mut published = false;
-        let mut walked = 0u8;
+        let mut rare = 0u8;
         for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
             if !tpdo.sync() {
-                match tpdo.kind {
-                    Kind::Acyclic if tpdo.has_event => tpdo.has_event = false,
-                    // Sampled now, and sent when asked for.
-                    Kind::SyncRequest => {}
-                    _ => continue,
+                if matches!(tpdo.kind, Kind::Acyclic | Kind::SyncRequest) {
+                    rare |= 1 << n;
                 }
+                continue;
             }
             if tpdo.mapping.is_live() && !published {
                 owner.publish(&mut Image::new(self.memory.as_mut()));
                 published = true;
             }
             if tpdo.mapping.is_walked() {
-                walked |= 1 << n;
-            } else {
-                tpdo.data = tpdo.mapping.sample(self.memory.as_ref());
+                rare |= 1 << n;
+                continue;
             }
-            tpdo.is_known = true;
-            if tpdo.kind != Kind::SyncRequest {
-                self.outbox.post(Slot::Tpdo(n as u8));
-            }
+            tpdo.data = tpdo.mapping.sample(self.memory.as_ref());
+            self.outbox.post(Slot::Tpdo(n as u8));
         }
-        if walked != 0 {
-            self.sample_all_walked(walked);
+        if rare != 0 {
+            self.sample_rare(rare, published, owner);
         }
     }
 
+    /// What few PDOs are at a SYNC: sent after an event, sampled for a later request, or walked.
     #[cold]
-    fn sample_all_walked(&mut self, walked: u8) {
+    fn sample_rare<O: Owner>(&mut self, rare: u8, mut published: bool, owner: &mut O) {
         for n in 0..crate::PDOS {
-            if walked & 1 << n != 0 {
-                let data = self.sample_walked(n);
-                if let Some(tpdo) = self.tpdo.get_mut(n) {
-                    tpdo.data = data;
-                }
+            let Some(tpdo) = self.tpdo.get_mut(n) else {
+                return;
+            };
+            if rare & 1 << n == 0 || (tpdo.kind == Kind::Acyclic && !tpdo.has_event) {
+                continue;
+            }
+            tpdo.has_event = false;
+            if tpdo.mapping.is_live() && !published {
+                owner.publish(&mut Image::new(self.memory.as_mut()));
+                published = true;
+            }
+            let data = self.sample_of(n);
+            let Some(tpdo) = self.tpdo.get_mut(n) else {
+                return;
+            };
+            tpdo.data = data;
+            tpdo.is_known = true;
+            // A requested one is sent when it is asked for.
+            if tpdo.kind != Kind::SyncRequest {
+                self.outbox.post(Slot::Tpdo(n as u8));
             }
         }
     }

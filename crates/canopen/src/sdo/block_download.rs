@@ -2,7 +2,7 @@
 
 use can::Frame;
 
-use super::{Phase, SdoServer, Wait, crc};
+use super::{Phase, SdoServer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::{Abort, Dialect, Events, Instant, Node, NodeMemory, Owner, SdoTransfers};
@@ -113,7 +113,7 @@ impl<M: NodeMemory> Node<M> {
             return self.abort_transfer(n, abort, owner);
         }
         let transfer = self.server(n).transfer;
-        if transfer.with_crc && transfer.crc != checksum {
+        if transfer.with_crc && transfer.crc.get() != checksum {
             return self.abort_transfer(n, Abort::CRC, owner);
         }
         match self.commit(n, now, owner, events) {
@@ -138,7 +138,7 @@ impl<M: NodeMemory> Node<M> {
         self.gather(n, bytes, owner)?;
         let transfer = &mut self.server(n).transfer;
         if transfer.with_crc {
-            transfer.crc = crc::update(transfer.crc, bytes);
+            transfer.crc.update(bytes);
         }
         Ok(())
     }

@@ -1,9 +1,7 @@
 //! Block upload (CiA 301 7.2.4.3.12 to 7.2.4.3.15): up to 127 segments an acknowledge.
 
-use can::Frame;
-
 use super::source::Source;
-use super::{Phase, Transfer, crc};
+use super::{Phase, Readable, Transfer};
 use crate::outbox::Slot;
 use crate::{Abort, Address, Instant, Node, NodeMemory, Owner};
 
@@ -24,8 +22,8 @@ impl<M: NodeMemory> Node<M> {
             return self.outbox.post(Slot::Sdo(n));
         }
         let opened = self.readable(address).and_then(|found| match found {
-            Ok(entry) => self.open(address, &entry, owner),
-            Err(highest) => Ok(Source::number(u64::from(highest), 1)),
+            Readable::Entry(entry) => self.open(address, &entry, owner),
+            Readable::Highest(highest) => Ok(Source::number(u64::from(highest), 1)),
         });
         let source = match opened {
             Ok(_) if !is_block_size(block_size) => Err(Abort::BLOCK_SIZE),
@@ -118,18 +116,15 @@ impl<M: NodeMemory> Node<M> {
         self.outbox.post(Slot::Sdo(n));
     }
 
-    /// The frame of server `n` that is to be sent now: its answer, or the next segment of a block.
+    /// What server `n` answers; `None` if it is its turn to send the next segment of a block.
     #[inline]
-    pub(crate) fn sdo_frame<O: Owner>(&mut self, n: u8, key: u32, owner: &mut O) -> Frame {
+    pub(crate) fn sdo_answer(&mut self, n: u8) -> Option<[u8; 8]> {
         let server = self.server(n);
-        if server.transfer.phase == Phase::BlockUpload {
-            return self.next_segment(n, key, owner);
-        }
-        Frame::keyed(key, server.reply, 8)
+        (server.transfer.phase != Phase::BlockUpload).then_some(server.reply)
     }
 
     /// Makes the next segment, and posts itself until the block is sent.
-    fn next_segment<O: Owner>(&mut self, n: u8, key: u32, owner: &mut O) -> Frame {
+    pub(crate) fn next_segment<O: Owner>(&mut self, n: u8, owner: &mut O) -> [u8; 8] {
         let transfer = self.server(n).transfer;
         let before = 7 * u32::from(transfer.next.saturating_sub(1));
         let at = transfer.at.saturating_add(before);
@@ -139,24 +134,24 @@ impl<M: NodeMemory> Node<M> {
                 self.drop_transfer(n, abort, owner);
                 let server = self.server(n);
                 server.aborted(transfer.address, abort);
-                return Frame::keyed(key, server.reply, 8);
+                return server.reply;
             }
         };
         let server = self.server(n);
         if transfer.with_crc && transfer.crc_at == at {
             let counted = piece.bytes.get(..usize::from(piece.count)).unwrap_or(&[]);
-            server.transfer.crc = crc::update(transfer.crc, counted);
+            server.transfer.crc.update(counted);
             server.transfer.crc_at = at.saturating_add(u32::from(piece.count));
         }
         server.transfer.next = transfer.next.saturating_add(1);
         server.transfer.is_last = piece.is_last;
         let command = u8::from(piece.is_last) << 7 | transfer.next;
         server.segment(command, piece.bytes);
-        let frame = Frame::keyed(key, server.reply, 8);
+        let segment = server.reply;
         if !piece.is_last && transfer.next < transfer.block_size {
             self.outbox.post(Slot::Sdo(n));
         }
-        frame
+        segment
     }
 
     /// The client has received `segments` of the block in order, and wants `block_size` next.
@@ -201,7 +196,7 @@ impl<M: NodeMemory> Node<M> {
         };
         let server = self.server(n);
         server.transfer.phase = Phase::BlockUploadEnd;
-        let [low, high] = transfer.crc.to_le_bytes();
+        let [low, high] = transfer.crc.get().to_le_bytes();
         server.reply = [0xC1 | (7 - piece.count) << 2, low, high, 0, 0, 0, 0, 0];
         self.await_client(n, now);
         self.outbox.post(Slot::Sdo(n));

@@ -1,28 +1,47 @@
-//! The checksum of block transfers (CiA 301 7.2.4.3.16): polynomial 0x1021, begun with 0.
+//! The checksum of a block transfer (CiA 301 7.2.4.3.16).
 
-use crc::{CRC_16_XMODEM, Crc, Table};
+use crc::{CRC_16_XMODEM, Crc};
 
-const CRC: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_XMODEM);
+/// x^16 + x^12 + x^5 + 1, which is 0x1021, from an initial value of 0.
+const TABLE: Crc<u16> = Crc::<u16>::new(&CRC_16_XMODEM);
 
-/// The checksum after `bytes`, `so_far` being that of all before; 0 at the beginning.
-pub(crate) fn update(so_far: u16, bytes: &[u8]) -> u16 {
-    let mut digest = CRC.digest_with_initial(so_far);
-    digest.update(bytes);
-    digest.finalize()
+/// The checksum of the bytes so far. A copy of it is a point to go on from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Crc16(u16);
+
+impl Crc16 {
+    /// Before the first byte.
+    pub(crate) const START: Crc16 = Crc16(0);
+
+    /// Goes on with `bytes`.
+    #[inline]
+    pub(crate) fn update(&mut self, bytes: &[u8]) {
+        let mut digest = TABLE.digest_with_initial(self.0);
+        digest.update(bytes);
+        self.0 = digest.finalize();
+    }
+
+    /// The checksum.
+    #[inline]
+    pub(crate) fn get(self) -> u16 {
+        self.0
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The example of CiA 301 7.2.4.3.16, in one piece and in any two.
+    /// CiA 301 7.2.4.3.16 gives 0x31C3 for "123456789".
     #[test]
-    fn the_standard_s_example() {
+    fn the_standards_example_whole_and_in_pieces() {
         let text = b"123456789";
-        assert_eq!(update(0, text), 0x31C3);
         for cut in 0..=text.len() {
-            let (head, tail) = text.split_at(cut);
-            assert_eq!(update(update(0, head), tail), 0x31C3);
+            let mut crc = Crc16::default();
+            crc.update(&text[..cut]);
+            crc.update(&text[cut..]);
+            assert_eq!(crc.get(), 0x31C3, "cut at {cut}");
         }
+        assert_eq!(Crc16::default().get(), 0);
     }
 }

@@ -6,6 +6,7 @@
 
 mod block_download;
 mod block_upload;
+pub mod client;
 mod crc;
 mod request;
 mod segments;
@@ -14,7 +15,8 @@ mod server;
 mod sink;
 mod source;
 
-pub(crate) use request::Request;
+pub(crate) use request::{Request, Size};
+pub(crate) use serve::Readable;
 pub(crate) use server::{Phase, Place, SdoServer, Transfer, Wait};
 
 /// SDO servers that a node can have, the default one (0x1200) included.

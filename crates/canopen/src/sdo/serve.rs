@@ -2,23 +2,50 @@
 
 use can::Frame;
 
-use super::{Phase, Request, SdoServer, Wait};
+use super::{Phase, Request, SdoServer, Size, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::row::flag;
 use crate::{Abort, Address, Entry, Events, Image, Instant, Node, NodeMemory, Owner, SdoTransfers};
 
-/// How an upload is answered.
-enum Upload {
-    /// At once, with so many bytes.
-    Expedited(u32, u8),
-    /// By a transfer of its own, or not at all.
-    Long(Entry),
+/// What may be read.
+pub(crate) enum Readable {
+    /// An object.
+    Entry(Entry),
+    /// A sub-index 0 that no row declares: the highest sub-index (CiA 301 7.4.3).
+    Highest(u8),
 }
 
 impl<M: NodeMemory> Node<M> {
-    /// Serves one request to server `n`.
+    /// Answers the upload of a number at once, which is what masters ask for all day; whether that
+    /// is what the frame asks, of an idle server. If not, it is for [`Node::serve`].
     #[inline]
+    pub(crate) fn upload_at_once<O: Owner>(&mut self, n: u8, frame: &Frame, owner: &mut O) -> bool {
+        let [command, index_low, index_high, sub, ..] = frame.bytes();
+        let may = self.server(n).is_idle() && self.answers_sdo();
+        if !may || command >> 5 != 2 || frame.len() != 8 {
+            return false;
+        }
+        let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
+        let Ok(entry) = self.device.table.find(address.index, address.sub) else {
+            return false;
+        };
+        if entry.flags & (flag::READ | flag::LONG | flag::HISTORY) != flag::READ {
+            return false;
+        }
+        let mut image = Image::new(self.memory.as_mut());
+        if entry.has(flag::LIVE) {
+            owner.publish(&mut image);
+        }
+        let raw = image.raw(entry.field);
+        let dialect = &self.device.dialect;
+        self.server(n)
+            .uploaded(address, raw, entry.field.size(), dialect);
+        self.outbox.post(Slot::Sdo(n));
+        true
+    }
+
+    /// Serves one request to server `n`.
     pub(crate) fn serve<O: Owner>(
         &mut self,
         n: u8,
@@ -33,48 +60,14 @@ impl<M: NodeMemory> Node<M> {
         let Some(request) = Request::parse(frame, &self.device.dialect) else {
             return;
         };
-        let dialect = &self.device.dialect;
         match request {
             Request::Upload(address) => {
-                if !self.server(n).is_idle() {
-                    self.interrupt(n, owner);
-                }
-                match self.upload(address, owner) {
-                    Ok(Upload::Expedited(raw, bytes)) => {
-                        self.server(n).uploaded(address, raw, bytes, dialect);
-                    }
-                    Ok(Upload::Long(entry)) => self.begin_upload(n, address, &entry, now, owner),
-                    Err(abort) => self.server(n).aborted(address, abort),
-                }
+                self.interrupt(n, owner);
+                self.upload(n, address, now, owner);
             }
             Request::Download { address, raw, size } => {
-                if !self.server(n).is_idle() {
-                    self.interrupt(n, owner);
-                }
-                let written = self.writable(address).and_then(|entry| {
-                    if entry.has(flag::LONG) {
-                        let bytes = size.of_string(&entry)?;
-                        let data = raw.to_le_bytes();
-                        let data = data.get(..usize::from(bytes)).unwrap_or(&[]);
-                        let written =
-                            self.write_long_at_once(n, address, &entry, data, now, owner, events);
-                        return written.map(|written| (written, raw));
-                    }
-                    size.check(entry.field.size())?;
-                    let raw = low_bytes(raw, entry.field.size());
-                    self.write(address, &entry, raw, now, owner, events)
-                        .map(|written| (written, raw))
-                });
-                match written {
-                    Ok((Written::Now, raw)) => self.server(n).downloaded(address, raw, dialect),
-                    Ok((Written::Later, raw)) => {
-                        let transfer = &mut self.server(n).transfer;
-                        transfer.address = address;
-                        transfer.value = u64::from(raw).to_le_bytes();
-                        return self.wait(n, Wait::Expedited);
-                    }
-                    Err(abort) => self.server(n).aborted(address, abort),
-                }
+                self.interrupt(n, owner);
+                self.download(n, address, raw, size, now, owner, events);
             }
             request => {
                 let [_, low, high, sub, ..] = frame.bytes();
@@ -86,8 +79,71 @@ impl<M: NodeMemory> Node<M> {
                     let named = Address::new(u16::from_le_bytes([low, high]), sub);
                     self.server(n).transfer.address = named;
                 }
-                return self.serve_long(n, request, now, owner, events);
+                self.serve_long(n, request, now, owner, events);
             }
+        }
+    }
+
+    /// An upload: answered at once, or the beginning of a transfer.
+    fn upload<O: Owner>(&mut self, n: u8, address: Address, now: Instant, owner: &mut O) {
+        let dialect = &self.device.dialect;
+        match self.readable(address) {
+            Ok(Readable::Entry(entry)) if entry.has(flag::LONG) => {
+                self.begin_upload(n, address, &entry, now, owner);
+            }
+            Ok(Readable::Entry(entry)) => {
+                let mut image = Image::new(self.memory.as_mut());
+                if entry.has(flag::LIVE) {
+                    owner.publish(&mut image);
+                }
+                let raw = image.raw(entry.field);
+                self.server(n)
+                    .uploaded(address, raw, entry.field.size(), dialect);
+            }
+            Ok(Readable::Highest(highest)) => {
+                self.server(n)
+                    .uploaded(address, u32::from(highest), 1, dialect);
+            }
+            Err(abort) => self.server(n).aborted(address, abort),
+        }
+        self.outbox.post(Slot::Sdo(n));
+    }
+
+    /// An expedited download.
+    #[allow(clippy::too_many_arguments, reason = "what the frame says, one by one")]
+    fn download<O: Owner>(
+        &mut self,
+        n: u8,
+        address: Address,
+        raw: u32,
+        size: Size,
+        now: Instant,
+        owner: &mut O,
+        events: &mut Events,
+    ) {
+        let written = self.writable(address).and_then(|entry| {
+            if entry.has(flag::LONG) {
+                let bytes = size.of_string(&entry)?;
+                let data = raw.to_le_bytes();
+                let data = data.get(..usize::from(bytes)).unwrap_or(&[]);
+                let written = self.write_long_at_once(n, address, &entry, data, now, owner, events);
+                return written.map(|written| (written, raw));
+            }
+            size.check(entry.field.size())?;
+            let raw = low_bytes(raw, entry.field.size());
+            self.write(address, &entry, raw, now, owner, events)
+                .map(|written| (written, raw))
+        });
+        let dialect = &self.device.dialect;
+        match written {
+            Ok((Written::Now, raw)) => self.server(n).downloaded(address, raw, dialect),
+            Ok((Written::Later, raw)) => {
+                let transfer = &mut self.server(n).transfer;
+                transfer.address = address;
+                transfer.value = u64::from(raw).to_le_bytes();
+                return self.wait(n, Wait::Expedited);
+            }
+            Err(abort) => self.server(n).aborted(address, abort),
         }
         self.outbox.post(Slot::Sdo(n));
     }
@@ -160,49 +216,29 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
-    /// What an upload of `address` gives.
-    #[inline]
-    fn upload<O: Owner>(&mut self, address: Address, owner: &mut O) -> Result<Upload, Abort> {
-        let entry = match self.readable(address)? {
-            Ok(entry) => entry,
-            Err(highest) => return Ok(Upload::Expedited(u32::from(highest), 1)),
-        };
-        if entry.has(flag::LONG) {
-            return Ok(Upload::Long(entry));
-        }
-        let mut image = Image::new(self.memory.as_mut());
-        if entry.has(flag::LIVE) {
-            owner.publish(&mut image);
-        }
-        Ok(Upload::Expedited(
-            image.raw(entry.field),
-            entry.field.size(),
-        ))
-    }
-
-    /// The object at `address` if it may be read; `Err` of the highest sub-index for a sub-index 0
-    /// that no row declares (CiA 301 7.4.3).
-    #[inline]
-    pub(crate) fn readable(&self, address: Address) -> Result<Result<Entry, u8>, Abort> {
+    /// The object at `address` if it may be read.
+    pub(crate) fn readable(&self, address: Address) -> Result<Readable, Abort> {
         let table = &self.device.table;
         let entry = match table.find(address.index, address.sub) {
             Ok(entry) => entry,
             Err(abort) if address.sub == 0 => {
-                return table.highest_sub_index(address.index).map(Err).ok_or(abort);
+                return table
+                    .highest_sub_index(address.index)
+                    .map(Readable::Highest)
+                    .ok_or(abort);
             }
             Err(abort) => return Err(abort),
         };
         if !entry.has(flag::READ) {
             return Err(Abort::WRITE_ONLY);
         }
-        if address.index == 0x1003 && !self.history_has(address.sub) {
+        if entry.has(flag::HISTORY) && !self.history_has(address.sub) {
             return Err(Abort::NO_DATA);
         }
-        Ok(Ok(entry))
+        Ok(Readable::Entry(entry))
     }
 
     /// The object at `address` if it may be written now.
-    #[inline]
     pub(crate) fn writable(&self, address: Address) -> Result<Entry, Abort> {
         let entry = match self.device.table.find(address.index, address.sub) {
             Ok(entry) => entry,
@@ -229,9 +265,8 @@ impl<M: NodeMemory> Node<M> {
 
     /// The client of server `n` begins anew: what it had begun is over. A write that its owner is
     /// at goes on.
-    #[cold]
     pub(crate) fn interrupt<O: Owner>(&mut self, n: u8, owner: &mut O) {
-        if !self.server(n).is_waiting() {
+        if !self.server(n).is_idle() && !self.server(n).is_waiting() {
             self.drop_transfer(n, Abort::GENERAL, owner);
         }
     }

@@ -1,5 +1,6 @@
 //! An SDO server: its identifiers, the answer that waits, and the transfer that goes on.
 
+use super::crc::Crc16;
 use crate::{Abort, AcknowledgeData, Address, CobId, Dialect, Instant, NodeId, UploadReply};
 
 /// One SDO server.
@@ -35,7 +36,7 @@ pub(crate) struct Transfer {
     pub(crate) has_begun: bool,
     /// A block transfer with a checksum.
     pub(crate) with_crc: bool,
-    pub(crate) crc: u16,
+    pub(crate) crc: Crc16,
     /// Bytes that `crc` covers: those that are sent again do not count again.
     pub(crate) crc_at: u32,
     /// The value of an object that has at most eight bytes.
@@ -126,7 +127,7 @@ impl Transfer {
         is_last: false,
         has_begun: false,
         with_crc: false,
-        crc: 0,
+        crc: Crc16::START,
         crc_at: 0,
         value: [0; 8],
         held: None,

@@ -10,6 +10,7 @@
 mod bench;
 pub mod devices;
 pub mod full;
+pub mod lss;
 pub mod script;
 pub mod streams;
 

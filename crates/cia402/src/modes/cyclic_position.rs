@@ -29,7 +29,7 @@ pub(crate) struct CyclicPosition {
     stage: Stage,
     velocity_offset: i32,
     torque_offset_pm: i16,
-    position_limited: bool,
+    limited: Limited,
 }
 
 impl CyclicPosition {
@@ -39,7 +39,7 @@ impl CyclicPosition {
             stage: Stage::Waiting { path, begun: false },
             velocity_offset: 0,
             torque_offset_pm: 0,
-            position_limited: false,
+            limited: Limited::default(),
         }
     }
 
@@ -105,7 +105,11 @@ impl Generator for CyclicPosition {
             .position
             .wrapping_add(inputs.targets.position_offset);
         let cut = inputs.configuration.position(i64::from(sum));
-        self.position_limited = cut.limited;
+        self.limited = Limited {
+            above: cut.above(&i64::from(sum)),
+            below: cut.below(&i64::from(sum)),
+            ..Limited::default()
+        };
         let period_ns = inputs.configuration.interpolation_ns();
         // What an early set-point leaves of the last segment is added to its own, so that the
         // slope stays the master's. The beat thus settles at the latest arrival.
@@ -153,9 +157,8 @@ impl Generator for CyclicPosition {
 
     fn limited(&self) -> Limited {
         Limited {
-            position: self.position_limited,
             velocity: matches!(self.stage, Stage::Limited { .. }),
-            ..Limited::default()
+            ..self.limited
         }
     }
 }

@@ -80,7 +80,8 @@ impl ProfilePosition {
         } else {
             zero.saturating_add(i64::from(set_point.target))
         };
-        let within = inputs.configuration.position(target.saturating_sub(zero));
+        let wanted = target.saturating_sub(zero);
+        let within = inputs.configuration.position(wanted);
         let (limits, velocity, rates) = inputs.configuration.profile(
             set_point.profile_velocity,
             set_point.acceleration,
@@ -90,7 +91,8 @@ impl ProfilePosition {
             target: zero.saturating_add(within.value),
             limits,
             cut: Limited {
-                position: within.limited,
+                above: within.above(&wanted),
+                below: within.below(&wanted),
                 velocity: velocity.limited,
                 acceleration: rates.limited,
                 torque: false,
@@ -210,6 +212,19 @@ impl Generator for ProfilePosition {
         Some(self.path.tick())
     }
 
+    /// Set-points are taken all the same; they count from where the axis has come to.
+    fn halted(&mut self, inputs: &Inputs<'_>) {
+        self.path
+            .restart(&inputs.present, inputs.configuration.slow_down());
+    }
+
+    fn resume(&mut self, inputs: &Inputs<'_>) {
+        self.halted(inputs);
+        self.begun = false;
+        self.passing = None;
+        self.plan = self.active.is_some();
+    }
+
     fn shift(&mut self, offset: i32) {
         self.path.shift(offset);
         // A move goes on to the same place. A buffered set-point counts in the new positions.
@@ -228,7 +243,8 @@ impl Generator for ProfilePosition {
     fn limited(&self) -> Limited {
         let moving = self.busy() && !self.path.ended();
         self.active.map_or(Limited::default(), |active| Limited {
-            position: active.cut.position,
+            above: active.cut.above,
+            below: active.cut.below,
             velocity: active.cut.velocity && moving,
             acceleration: active.cut.acceleration && moving,
             torque: false,

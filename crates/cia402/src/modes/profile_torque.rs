@@ -1,42 +1,30 @@
 //! Mode 4, profile torque: the target torque through a slope.
 
-use crate::arithmetic::magnitude;
-use crate::path::{TICK_NS, TICK_S};
+use crate::torque::TorqueRamp;
 use crate::{Demand, Target};
 
 use super::{Bits, Generator, Inputs, Limited};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ProfileTorque {
-    /// Demand at the present tick, per mille.
-    torque_pm: f64,
+    torque: TorqueRamp,
     reached: bool,
     limited: bool,
 }
 
 impl ProfileTorque {
     pub(crate) fn new(inputs: &Inputs<'_>) -> ProfileTorque {
-        let start = inputs.configuration.torque(inputs.present.torque_pm);
         ProfileTorque {
-            torque_pm: start.value,
+            torque: TorqueRamp::new(inputs),
             reached: false,
             limited: false,
         }
-    }
-
-    /// The slope in per mille per second, `None` for a step.
-    fn slope(inputs: &Inputs<'_>) -> Option<f64> {
-        inputs
-            .configuration
-            .torque_slope_pm_per_s
-            .map(magnitude)
-            .filter(|&slope| slope > 0.0)
     }
 }
 
 impl Generator for ProfileTorque {
     fn begin(&self) -> Demand {
-        segment(self.torque_pm, self.torque_pm)
+        self.torque.begin()
     }
 
     /// Without a slope the target acts at once; with one it waits for the tick.
@@ -44,10 +32,10 @@ impl Generator for ProfileTorque {
         if target != Target::Torque {
             return None;
         }
-        match ProfileTorque::slope(inputs) {
+        match TorqueRamp::slope(inputs) {
             None => self.tick(inputs),
             Some(_) => {
-                self.reached &= self.torque_pm == f64::from(inputs.targets.torque_pm);
+                self.reached &= self.torque.torque_pm() == f64::from(inputs.targets.torque_pm);
                 None
             }
         }
@@ -58,26 +46,13 @@ impl Generator for ProfileTorque {
             .configuration
             .torque(f64::from(inputs.targets.torque_pm));
         self.limited = target.limited;
-        let missing = target.value - self.torque_pm;
-        let demand = match ProfileTorque::slope(inputs) {
-            Some(slope) if missing.abs() > slope * TICK_S => {
-                let next = self.torque_pm + slope.copysign(missing) * TICK_S;
-                let demand = segment(self.torque_pm, next);
-                self.torque_pm = next;
-                demand
-            }
-            Some(_) if missing != 0.0 => {
-                let demand = segment(self.torque_pm, target.value);
-                self.torque_pm = target.value;
-                demand
-            }
-            _ => {
-                self.torque_pm = target.value;
-                segment(target.value, target.value)
-            }
-        };
+        let demand = self.torque.tick(target.value, inputs);
         self.reached = !demand.moves();
         Some(demand)
+    }
+
+    fn resume(&mut self, inputs: &Inputs<'_>) {
+        *self = ProfileTorque::new(inputs);
     }
 
     fn bits(&self) -> Bits {
@@ -92,13 +67,5 @@ impl Generator for ProfileTorque {
             torque: self.limited,
             ..Limited::default()
         }
-    }
-}
-
-fn segment(from: f64, to: f64) -> Demand {
-    Demand::Torque {
-        start_pm: from as f32,
-        slope_pm_per_s: ((to - from) / TICK_S) as f32,
-        duration_ns: if from == to { 0 } else { TICK_NS },
     }
 }

@@ -38,6 +38,15 @@ impl ProfileVelocity {
             self.bits.target_reached = false;
         }
     }
+
+    /// One millisecond more of watching for standstill.
+    fn stands(&mut self, inputs: &Inputs<'_>) -> bool {
+        let configuration = inputs.configuration;
+        self.standstill.tick(
+            configuration.stands(f64::from(inputs.actual.velocity)),
+            configuration.velocity_threshold_time_ms,
+        )
+    }
 }
 
 impl Generator for ProfileVelocity {
@@ -67,10 +76,7 @@ impl Generator for ProfileVelocity {
             target_reached: self
                 .arrival
                 .tick(configuration.velocity_window, ended, error),
-            specific: self.standstill.tick(
-                configuration.stands(f64::from(inputs.actual.velocity)),
-                configuration.velocity_threshold_time_ms,
-            ),
+            specific: self.stands(inputs),
         };
 
         let next = ramp(self.velocity, target.value, up.value, down.value, TICK_S);
@@ -83,6 +89,17 @@ impl Generator for ProfileVelocity {
         let demand = segment(self.velocity, next);
         self.velocity = next;
         Some(demand)
+    }
+
+    fn halted(&mut self, inputs: &Inputs<'_>) {
+        self.bits.specific = self.stands(inputs);
+    }
+
+    fn resume(&mut self, inputs: &Inputs<'_>) {
+        self.velocity = inputs.present.velocity;
+        self.target = inputs.targets.velocity;
+        self.arrival = Arrival::default();
+        self.bits.target_reached = false;
     }
 
     fn bits(&self) -> Bits {

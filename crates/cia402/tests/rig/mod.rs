@@ -12,6 +12,7 @@ pub(crate) static P3: Dialect = Dialect {
     modes_only_when_enabled: true,
     mode_display_cleared_on_enable: true,
     ramps_on_stop: false,
+    halt_bit: false,
     remote_bit: false,
     modes: ModeSet::IMPLEMENTED,
 };

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{Bus, BusSettings, DriveSettings, ParameterStore, Recording, RunHeader, StoreError};
+use ::sim::{Bus, BusSettings, DriveSettings, FlashFile, Recording, RunHeader, StoreError};
 use bus::{Doors, Endpoint, Options, Protocol};
 use canopen::Instant;
 use personalities::Personality;
@@ -17,7 +17,7 @@ use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
 use crate::node_list::NodeList;
-use crate::{Failure, drive_kind, output, time_span};
+use crate::{Failure, drive_kind, output, record_file, time_span};
 
 /// Run virtual drives, until Ctrl-C or for some simulated time.
 ///
@@ -29,14 +29,17 @@ Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
+  servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
   servobus sim --record run.log                     can-utils and python-can read run.log;
                                                     servobus replay run.log repeats the run
+  servobus sim --record run.mcap                    or run.pcapng: see --record
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
 
 Who sends frames on the bus decides what happens; all else follows from --seed. --record writes two
-files: FILE, a candump log with simulated time from zero, and FILE.run with the seed, the drives,
-what they had stored, and each outside frame with its nanosecond. A replay needs both.")]
+files: FILE, its frames with simulated time from zero, and FILE.run with the seed, the drives,
+what they had stored, and each outside frame with its nanosecond. A replay is compared with
+a candump log.")]
 pub(crate) struct Arguments {
     /// Which drive; `servobus od NAME` lists its objects.
     #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
@@ -44,8 +47,9 @@ pub(crate) struct Arguments {
     /// Their node IDs: 5, 1-3 or 1,4.
     #[arg(long, default_value = "1-3", allow_hyphen_values = true)]
     nodes: NodeList,
-    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT;
-    /// may be given several times; `none` opens no door [default: socketcand://127.0.0.1:29536]
+    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or
+    /// a CAN interface of this (Linux) machine, socketcan://INTERFACE; may be given several times;
+    /// `none` opens no door [default: socketcand://127.0.0.1:29536]
     #[arg(long, value_name = "ENDPOINT")]
     bus: Vec<Door>,
     /// Listen on addresses that other machines can reach. There is no password: whoever reaches
@@ -61,8 +65,10 @@ pub(crate) struct Arguments {
     /// From it everything random follows: latencies, serial numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write all frames to FILE, and to FILE.run what they follow from. Existing files are replaced.
-    #[arg(long, value_name = "FILE")]
+    /// Write all frames to FILE, and to FILE.run what they follow from. FILE ends in .log (candump),
+    /// .pcapng (Wireshark) or .mcap (Foxglove; with position, speed and current of each drive).
+    /// Existing files are replaced.
+    #[arg(long, value_name = "FILE", value_parser = record_file::parse)]
     record: Option<PathBuf>,
     /// Keep the drives' stored parameters in this folder, which is made if needed; without it they
     /// are forgotten at the end.
@@ -121,7 +127,7 @@ impl Arguments {
         let drive = |&node| {
             let mut settings = DriveSettings::new(node, self.drive);
             if let Some(folder) = &self.store {
-                settings.store = ParameterStore::file(folder, self.drive.name, node.get())
+                settings.store = FlashFile::file(folder, self.drive.name, node.get())
                     .map_err(|error| Failure::input(store_message(&error)))?;
             }
             Ok(settings)
@@ -170,7 +176,7 @@ fn door_line(door: &Endpoint) -> String {
             let address = whole.strip_suffix(&channel).unwrap_or(&whole);
             format!("{address} channel {}", door.channel())
         }
-        Protocol::Slcan => whole,
+        Protocol::Slcan | Protocol::SocketCan => whole,
     }
 }
 

@@ -129,8 +129,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_code_of_the_p3_has_a_text_of_its_own() {
-        for row in personalities::p3::P3.faults {
+    fn every_code_of_a_drive_has_a_text_of_its_own() {
+        for row in personalities::ALL.iter().flat_map(|drive| drive.faults) {
             assert!(
                 CODES.iter().any(|(code, _)| *code == row.code),
                 "0x{:04X} has only the text of its class",

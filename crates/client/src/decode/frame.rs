@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use can::Frame;
+use canopen::lss::{Answer, Request};
 use canopen::nmt::Command;
 use canopen::{Address, Emergency, Instant, NmtState, NodeId, Table};
 use cia402::Mode;
@@ -88,15 +89,7 @@ impl Decoder {
             (0x581..=0x5FF, Some(node)) => sdo::answer(node, self.node(node), frame),
             (0x601..=0x67F, Some(node)) => sdo::request(node, self.node(node), frame),
             (0x701..=0x77F, Some(node)) => error_control(node, frame.data()),
-            (0x7E4 | 0x7E5, _) => match frame.data() {
-                [command, ..] => Meaning::Lss {
-                    by_master: id == 0x7E5,
-                    command: *command,
-                },
-                [] => Meaning::Malformed {
-                    text: "LSS frame without data".to_owned(),
-                },
-            },
+            (0x7E4 | 0x7E5, _) => lss(frame),
             _ => Meaning::Unknown,
         }
     }
@@ -186,6 +179,22 @@ pub(super) fn mode_in(object: Address, bytes: &[u8]) -> Option<Mode> {
     match (object.index, bytes) {
         (0x6060 | 0x6061, [mode, ..]) if object.sub == 0 => Some(Mode(*mode as i8)),
         _ => None,
+    }
+}
+
+/// A request or an answer of layer setting services.
+fn lss(frame: &Frame) -> Meaning {
+    let [command, ..] = frame.data() else {
+        return Meaning::Malformed {
+            text: "LSS frame without data".to_owned(),
+        };
+    };
+    let request = Request::from_frame(frame).map(|request| request.to_string());
+    let words = request.or_else(|| Answer::from_frame(frame).map(|answer| answer.to_string()));
+    Meaning::Lss {
+        by_master: frame.raw_id() == 0x7E5,
+        command: *command,
+        text: words.unwrap_or_else(|| format!("command 0x{command:02X}")),
     }
 }
 

@@ -194,6 +194,8 @@ pub enum Meaning {
         by_master: bool,
         /// Command specifier.
         command: u8,
+        /// In words.
+        text: String,
     },
     /// A frame of a known service with contents it cannot have.
     Malformed {
@@ -331,9 +333,11 @@ impl fmt::Display for Meaning {
             Meaning::BootUp { node } => write!(f, "node {node} boot-up"),
             Meaning::Heartbeat { node, state } => write!(f, "node {node} heartbeat: {state}"),
             Meaning::Remote { text } => write!(f, "remote frame: {text}"),
-            Meaning::Lss { by_master, command } => {
+            Meaning::Lss {
+                by_master, text, ..
+            } => {
                 let who = if *by_master { "master" } else { "slave" };
-                write!(f, "LSS {who}, command 0x{command:02X}")
+                write!(f, "LSS {who}: {text}")
             }
             Meaning::Malformed { text } => write!(f, "malformed: {text}"),
             Meaning::Unknown => f.write_str("not a CANopen service known here"),

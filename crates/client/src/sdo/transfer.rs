@@ -1,11 +1,13 @@
-//! One transfer at a time: ask, wait for the answer that belongs to it, ask again.
+//! Transfers of up to four bytes, and how transfers of any length fail.
 
 use std::fmt;
 
+use canopen::sdo_client::{Failure, Method, NoData, StartError};
 use canopen::{Abort, Address, DataType, NodeId};
 
-use crate::sdo::{Answer, Data, Request};
-use crate::{Client, Link, LinkError, Settings, Value};
+use crate::sdo::Data;
+use crate::sdo::run::{Direction, go_on};
+use crate::{Client, Link, LinkError, Value};
 
 /// What was tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,8 +30,8 @@ pub enum Cause {
         /// How many attempts there were.
         attempts: u32,
     },
-    /// The server wants to send more than four bytes, which needs a segmented transfer. It was
-    /// told that this client does not do that.
+    /// The server wants to send more than four bytes, which needs a segmented transfer; only an
+    /// expedited one was asked for, and the server was told so.
     NotExpedited {
         /// Bytes that the object has, if the server said.
         bytes: Option<u32>,
@@ -41,6 +43,12 @@ pub enum Cause {
         /// What was asked for.
         data_type: DataType,
     },
+    /// The transfer broke off on the way.
+    Failed(Failure),
+    /// It could not begin.
+    NotBegun(StartError),
+    /// No object has more than 4 GiB.
+    TooLong,
     /// The link broke.
     Link(LinkError),
 }
@@ -106,6 +114,9 @@ impl fmt::Display for SdoError {
                     data_type.name()
                 )
             }
+            Cause::Failed(failure) => write!(f, "{failure}"),
+            Cause::NotBegun(error) => write!(f, "{error}"),
+            Cause::TooLong => f.write_str("no object has more than 4294967295 bytes"),
             Cause::Link(error) => write!(f, "{error}"),
         }
     }
@@ -113,49 +124,41 @@ impl fmt::Display for SdoError {
 
 impl std::error::Error for SdoError {}
 
-/// What the answer to an upload may be.
-enum Upload {
-    Data(Data),
-    Segmented(Option<u32>),
-}
-
 impl<L: Link> Client<L> {
     /// Reads an object by an expedited upload.
     ///
     /// # Errors
     /// [`SdoError`]. Frames that came meanwhile wait in [`Client::receive`].
     pub async fn upload(&mut self, node: NodeId, object: Address) -> Result<Data, SdoError> {
-        let answer = self.ask(
-            node,
+        let mut came = Vec::with_capacity(4);
+        let mut sink = |offset: u32, bytes: &[u8]| {
+            came.truncate(offset as usize);
+            came.extend_from_slice(bytes);
+            Ok(())
+        };
+        let mut sdo = self.sdo_client(node, self.expedited_form(true));
+        let (direction, mut none) = (Direction::Upload, NoData);
+        let read = self.run(
+            &mut sdo,
             object,
-            Request::Upload(object),
-            |answer| match answer {
-                Answer::Uploaded(address, data) if address == object => Some(Upload::Data(data)),
-                Answer::SegmentedUpload(address, bytes) if address == object => {
-                    Some(Upload::Segmented(bytes))
-                }
-                _ => None,
-            },
+            direction,
+            Method::Expedited,
+            &mut sink,
+            &mut none,
+            go_on,
         );
-        let failed = |cause| SdoError {
+        let done = read.await.map_err(|cause| SdoError {
             node,
             object,
             access: Access::Read,
             cause,
+        })?;
+        let data = match done.is_sized {
+            true => Data::sized(&came),
+            false => Data::unsized_bytes(&came),
         };
-        match answer.await.map_err(failed)? {
-            Upload::Data(data) => Ok(data),
-            Upload::Segmented(bytes) => {
-                // Leave no server waiting for the request of the first segment.
-                let give_up = Request::Abort(object, Abort::OUT_OF_MEMORY);
-                if let Some(frame) = give_up.frame(node, self.settings.form) {
-                    self.send(frame)
-                        .await
-                        .map_err(|error| failed(Cause::Link(error)))?;
-                }
-                Err(failed(Cause::NotExpedited { bytes }))
-            }
-        }
+        // An expedited transfer carries at most the four bytes that there is room for.
+        Ok(data.unwrap_or(Data::EMPTY))
     }
 
     /// Reads an object as a value of a known type, whatever the server says about its size (P2).
@@ -187,62 +190,24 @@ impl<L: Link> Client<L> {
         object: Address,
         data: Data,
     ) -> Result<(), SdoError> {
-        self.ask(
-            node,
+        let mut sdo = self.sdo_client(node, self.expedited_form(data.is_sized()));
+        let direction = Direction::Download(data.bytes().len() as u32);
+        let (mut none, mut source) = (NoData, data.bytes());
+        let written = self.run(
+            &mut sdo,
             object,
-            Request::Download(object, data),
-            |answer| match answer {
-                Answer::Downloaded(address) if address == object => Some(()),
-                _ => None,
-            },
-        )
-        .await
-        .map_err(|cause| SdoError {
+            direction,
+            Method::Expedited,
+            &mut none,
+            &mut source,
+            go_on,
+        );
+        let done = written.await.map_err(|cause| SdoError {
             node,
             object,
             access: Access::Write,
             cause,
-        })
-    }
-
-    /// Asks as often as the settings say, until `pick` takes an answer or the server aborts. Other
-    /// answers are stale: they belong to a transfer that timed out, and go to the inbox.
-    async fn ask<T>(
-        &mut self,
-        node: NodeId,
-        object: Address,
-        request: Request,
-        pick: impl Fn(Answer) -> Option<T>,
-    ) -> Result<T, Cause> {
-        let Settings {
-            answer_ms,
-            attempts,
-            form,
-        } = self.settings;
-        let attempts = attempts.max(1);
-        let answers = 0x580 + u32::from(node.get());
-        if let Some(frame) = request.frame(node, form) {
-            for _ in 0..attempts {
-                self.set_aside().await.map_err(Cause::Link)?;
-                self.send(frame).await.map_err(Cause::Link)?;
-                let until = self.now().plus_ms(answer_ms);
-                let answer = self.wait_for(until, |_, frame| {
-                    let answer = (frame.key() == answers).then(|| Answer::parse(frame))??;
-                    match answer {
-                        Answer::Aborted(address, abort) if address == object => Some(Err(abort)),
-                        answer => pick(answer).map(Ok),
-                    }
-                });
-                match answer.await.map_err(Cause::Link)? {
-                    Some(Ok(answer)) => return Ok(answer),
-                    Some(Err(abort)) => return Err(Cause::Aborted(abort)),
-                    None => {}
-                }
-            }
-        }
-        Err(Cause::TimedOut {
-            answer_ms,
-            attempts,
-        })
+        });
+        done.map(|_| ())
     }
 }

@@ -6,7 +6,7 @@ use canopen::row::{i8, i16, i32, text, u8, u16, u32};
 
 /// "Communication".
 #[rustfmt::skip]
-pub(super) const ROWS: &[Row] = &[
+pub(crate) const ROWS: &[Row] = &[
     i8(0x0002, 0, "Dummy entry").rw().rpdo().tpdo(),
     i16(0x0003, 0, "Dummy entry").rw().rpdo().tpdo(),
     i32(0x0004, 0, "Dummy entry").rw().rpdo().tpdo(),
@@ -104,7 +104,7 @@ const TPDO_COUNT: &str = "TPDO mapping, number of mapped objects";
 
 /// "PDO Configuration". The COB-IDs are the predefined ones; no PDO maps anything at first.
 #[rustfmt::skip]
-pub(super) const PDO_ROWS: &[Row] = &[
+pub(crate) const PDO_ROWS: &[Row] = &[
     rpdo_cob_id(0x1400, 0x200),
     rpdo_type(0x1400),
     rpdo_cob_id(0x1401, 0x300),

@@ -26,6 +26,8 @@ const BOOT_NS: u64 = 100_000_000;
 const BOOT_STEP_NS: u64 = 1_000_000;
 /// Real time that simulated time may lag behind before it is let go.
 const LAG: Duration = Duration::from_millis(250);
+/// Simulated time between two samples of the drives, where they are recorded.
+const SAMPLE_NS: u64 = 5_000_000;
 /// How often what was recorded is written to the files.
 const FLUSH: Duration = Duration::from_millis(500);
 
@@ -74,7 +76,13 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+    pub(super) fn new(mut bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+        if log
+            .as_ref()
+            .is_some_and(|log| log.recording.takes_samples())
+        {
+            bus.probe_every(SAMPLE_NS);
+        }
         Stage {
             bus,
             doors,
@@ -150,10 +158,14 @@ impl Stage {
     /// Moves time to `until` and passes on what happened.
     fn advance(&mut self, until: Instant) -> Result<(), Failure> {
         self.bus.run_until(until);
+        let mut samples = self.bus.take_samples().into_iter().peekable();
         for traffic in self.bus.take_traffic() {
             self.frames += 1;
             self.lively_at = Some(traffic.at);
             if let Some(log) = &mut self.log {
+                while let Some(sample) = samples.next_if(|sample| sample.at <= traffic.at) {
+                    log.write(|recording| recording.sample(&sample))?;
+                }
                 log.write(|recording| recording.frame(&traffic))?;
             }
             let Some(doors) = &mut self.doors else {
@@ -170,7 +182,15 @@ impl Stage {
         {
             self.guests.all_sent(doors);
         }
+        if let Some(log) = &mut self.log {
+            for sample in samples {
+                log.write(|recording| recording.sample(&sample))?;
+            }
+        }
         for notice in self.bus.take_notices() {
+            if let Some(log) = &mut self.log {
+                log.write(|recording| recording.notice(&notice))?;
+            }
             tell(notice);
         }
         if let Some(log) = &mut self.log
@@ -197,11 +217,12 @@ impl Stage {
                     bit_rate,
                 } => self
                     .guests
-                    .join(client, doors, door, peer, listen_only, bit_rate),
+                    .join(client, doors, door, &peer, listen_only, bit_rate),
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
-                    self.guests.refuse(doors, door, peer, &reason);
+                    self.guests.refuse(doors, door, &peer, &reason);
                 }
+                Event::Trouble { door, trouble } => self.guests.trouble(doors, door, &trouble),
                 Event::Frame { client, frame } => {
                     let Some(client) = self.guests.sends(client) else {
                         continue;

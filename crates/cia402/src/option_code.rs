@@ -1,0 +1,75 @@
+//! Option codes: how the axis slows down, and what it does at rest (0x605A, 0x605D).
+
+use crate::{Configuration, Dialect};
+
+/// How a stop slows down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Braking {
+    /// On the slow-down ramp, 0x6084.
+    SlowDownRamp,
+    /// On the quick stop ramp, 0x6085.
+    QuickStopRamp,
+    /// On the current or the voltage limit: no ramp, the controllers brake with all they may use.
+    Limit,
+}
+
+impl Braking {
+    /// The rate, counts/s²; `None` without a ramp.
+    pub(crate) fn rate(self, configuration: &Configuration) -> Option<f64> {
+        match self {
+            Braking::SlowDownRamp => Some(configuration.slow_down()),
+            Braking::QuickStopRamp => {
+                let quick = configuration.quick_stop_deceleration;
+                if quick > 0.0 {
+                    Some(configuration.deceleration(quick, quick).value)
+                } else {
+                    Some(configuration.slow_down())
+                }
+            }
+            Braking::Limit => None,
+        }
+    }
+
+    /// The halt's (0x605D); codes that the standard does not know count as 1, its default.
+    pub(crate) fn of_halt(configuration: &Configuration) -> Braking {
+        match configuration.halt_option {
+            2 => Braking::QuickStopRamp,
+            3 | 4 => Braking::Limit,
+            _ => Braking::SlowDownRamp,
+        }
+    }
+}
+
+/// The quick stop option code (0x605A), as latched when the quick stop began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct QuickStopCode(i16);
+
+impl QuickStopCode {
+    /// The standard's default.
+    pub(crate) const DEFAULT: QuickStopCode = QuickStopCode(2);
+
+    pub(crate) fn of(configuration: &Configuration) -> QuickStopCode {
+        match configuration.quick_stop_option {
+            code @ 0..=8 => QuickStopCode(code),
+            _ => QuickStopCode::DEFAULT,
+        }
+    }
+
+    /// 5 to 8: the drive stays in quick stop active.
+    pub(crate) fn stays(self) -> bool {
+        self.0 >= 5
+    }
+
+    /// The motor is freed at once: code 0, or codes below 5 of a drive without ramps.
+    pub(crate) fn frees(self, dialect: &Dialect) -> bool {
+        self.0 == 0 || (!self.stays() && !dialect.ramps_on_stop)
+    }
+
+    pub(crate) fn braking(self) -> Braking {
+        match self.0 {
+            1 | 5 => Braking::SlowDownRamp,
+            2 | 6 => Braking::QuickStopRamp,
+            _ => Braking::Limit,
+        }
+    }
+}

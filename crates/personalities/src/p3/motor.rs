@@ -1,0 +1,133 @@
+//! The motor, the amplifier and the controllers, as the manual's tables group them. The defaults
+//! are a P3 that is commissioned for the manual's motor, EC-max 22 283860 (P57).
+
+use canopen::Group::Application;
+use canopen::row::{i8, i16, i32, u16, u32};
+use canopen::{Dictionary, Row};
+
+use super::scaled;
+use crate::class::CONTROL;
+use crate::{AmplifierObjects, GainObjects, LoopObjects, MotorObjects};
+
+/// A parameter of the controllers that is stored.
+pub(super) const fn parameter(row: Row) -> Row {
+    row.rw().store(Application).tells(CONTROL)
+}
+
+/// A value that the drive measures or computes.
+pub(crate) const fn feedback(row: Row) -> Row {
+    row.tpdo().live()
+}
+
+/// "Motor parameters".
+#[rustfmt::skip]
+pub(crate) const MOTOR_ROWS: &[Row] = &[
+    parameter(i16(0x3011, 1, "Electrical zero").unit("cts").default(0x0DF8)),
+    parameter(i8(0x3011, 2, "Electrical polarity").range(-1, 1).default(1)),
+    parameter(i8(0x3011, 3, "Pole count").range(2, 126).default(2)),
+    // 31.56 mNm/A of peak phase current (P58), rounded to the object's unit.
+    parameter(u16(0x3011, 4, "Torque constant").unit("mNm/A").default(32)),
+    parameter(u16(0x3011, 5, "Terminal resistance").unit("0.01ohm").default(1310)),
+    parameter(u16(0x3011, 6, "Terminal inductance").unit("0.01mH").default(73)),
+    // 4.45 gcm² × 2¹⁵.
+    parameter(u32(0x3011, 7, "Rotor inertia").unit("gcm2/32768").default(145_818)),
+    parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 32767).default(716)),
+    parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 32767).default(2000)),
+    parameter(i16(0x3011, 10, "Peak current duration").unit("ms").range(0, 32767).default(1000)),
+    feedback(i16(0x3012, 1, "Raw encoder reading").unit("cts")),
+    parameter(u32(0x3013, 1, "Encoder resolution").unit("cts/rev").default(4096)),
+    parameter(u32(0x3013, 5, "Encoder lag factor").unit("ns")),
+];
+
+/// "Amplifier parameters", and the current sensor's objects of the calibration chapter (P6). Two
+/// phases are sensed; the manual shows the first, sub-index 2 is the second.
+#[rustfmt::skip]
+pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
+    feedback(u16(0x3000, 1, "Sensed bus voltage").unit("0.1V")),
+    feedback(i16(0x3000, 2, "Temperature").unit("degC")),
+    parameter(u32(0x3001, 1, "PWM frequency").unit("Hz").range(20_000, 100_000).default(100_000)),
+    u16(0x3001, 2, "Dead time").rw().unit("ns").default(200).store(Application),
+    u16(0x3001, 3, "Minimum gate driver propagation delay").rw().unit("ns").store(Application),
+    u16(0x3001, 4, "Delta propagation delay").rw().unit("ns").store(Application),
+    u16(0x3001, 5, "Maximum settling time of current sensor").rw().unit("ns").store(Application),
+    u16(0x3001, 6, "ADC sampling time").rw().unit("ns").store(Application),
+    u16(0x3001, 7, "ADC conversion time").rw().unit("ns").store(Application),
+    parameter(i16(0x3001, 8, "Maximum current").unit("mA").range(0, 3500).default(3500)),
+    i16(0x3001, 9, "Maximum phase voltage").rw().unit("mV").default(27_713).store(Application),
+    feedback(u16(0x3008, 1, "Filtered current sense, phase A").unit("count/16")),
+    feedback(u16(0x3008, 2, "Filtered current sense, phase B").unit("count/16")),
+    parameter(u16(0x3009, 1, "Current sensor bias, phase A").unit("count").default(0x0729)),
+    parameter(u16(0x3009, 2, "Current sensor bias, phase B").unit("count").default(2071)),
+    u16(0x3022, 1, "Aux ADC 1").unit("count").tpdo(),
+    u16(0x3022, 2, "Aux ADC 2").unit("count").tpdo(),
+];
+
+/// 0x3019: bandwidth and damping of each controller, and the direct gains behind them.
+#[rustfmt::skip]
+pub(crate) const GAIN_ROWS: &[Row] = &[
+    parameter(u16(0x3019, 1, "D-axis control bandwidth").unit("0.1Hz").default(20_000)),
+    parameter(u16(0x3019, 2, "D-axis damping").unit("1/256").default(256)),
+    parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").default(20_000)),
+    parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").default(256)),
+    parameter(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").default(200)),
+    parameter(u16(0x3019, 6, "Position damping").unit("1/256").default(256)),
+    i32(0x3019, 7, "Position proportional gain").rw().unit("acc32").store(Application),
+    i32(0x3019, 8, "Position integral gain").rw().unit("acc32").store(Application),
+    i32(0x3019, 9, "Position derivative gain").rw().unit("acc32").store(Application),
+    parameter(u16(0x3019, 10, "Velocity control bandwidth").unit("0.1Hz").default(1000)),
+    parameter(u16(0x3019, 11, "Velocity damping").unit("1/256").default(256)),
+    i32(0x3019, 12, "Velocity proportional gain").rw().unit("acc32").store(Application),
+    i32(0x3019, 13, "Velocity integral gain").rw().unit("acc32").store(Application),
+    i32(0x3019, 14, "Velocity derivative gain").rw().unit("acc32").store(Application),
+];
+
+/// Where the controllers find the motor's parameters.
+pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjects {
+    MotorObjects {
+        electrical_zero: objects.need(0x3011, 1),
+        electrical_polarity: objects.need(0x3011, 2),
+        poles: objects.need(0x3011, 3),
+        torque_constant: scaled(objects, 0x3011, 4, 1e-3),
+        terminal_resistance: scaled(objects, 0x3011, 5, 0.01),
+        terminal_inductance: scaled(objects, 0x3011, 6, 1e-5),
+        // gcm² × 2¹⁵.
+        rotor_inertia: scaled(objects, 0x3011, 7, 1e-7 / 32768.0),
+        continuous_current: scaled(objects, 0x3011, 8, 1e-3),
+        peak_current: scaled(objects, 0x3011, 9, 1e-3),
+        peak_time: scaled(objects, 0x3011, 10, 1e-3),
+        user_continuous_current: Some(scaled(objects, 0x2111, 0, 0.01)), // P31
+        user_peak_current: Some(scaled(objects, 0x2110, 0, 0.01)),
+        user_peak_time: Some(scaled(objects, 0x2112, 0, 1e-3)),
+        encoder_resolution: objects.need(0x3013, 1),
+        // The manual leaves the unit open; nanoseconds here.
+        encoder_lag: scaled(objects, 0x3013, 5, 1e-9),
+        i2t_is_literal: true, // P30
+    }
+}
+
+/// Where the controllers find the amplifier's parameters.
+pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> AmplifierObjects {
+    AmplifierObjects {
+        pwm_frequency_hz: objects.need(0x3001, 1),
+        pwm_per_control: 5, // l.888
+        max_current: scaled(objects, 0x3001, 8, 1e-3),
+        current_zero: [objects.need(0x3009, 1), objects.need(0x3009, 2)],
+        gains: GainObjects {
+            current_d: controller(objects, 1),
+            current_q: controller(objects, 3),
+            velocity: controller(objects, 10),
+            position: controller(objects, 5),
+            // The manual knows velocity feed-forward only (change AR); so the position lags while the
+            // speed changes.
+            acceleration_feed_forward: 0.0,
+        },
+    }
+}
+
+/// Bandwidth in 0.1 Hz at `sub` of 0x3019, damping × 256 behind it.
+const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObjects {
+    LoopObjects {
+        bandwidth: scaled(objects, 0x3019, sub, 0.1),
+        damping: scaled(objects, 0x3019, sub + 1, 1.0 / 256.0),
+    }
+}

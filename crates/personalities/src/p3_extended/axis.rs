@@ -1,0 +1,53 @@
+//! CiA 402: what the standard has and the faithful P3 has not, or otherwise.
+
+use canopen::row::{i16, i32, u16, u32};
+use canopen::{Dictionary, Row};
+
+use crate::p3::axis::limit;
+use crate::p3::motor::feedback;
+use crate::p3::{self, plain};
+use crate::{AxisObjects, ConfigurationObjects, FeedbackObjects, TargetWindow, WindowObjects};
+
+/// The rows beside [`p3::axis::ROWS`].
+#[rustfmt::skip]
+pub(super) const ROWS: &[Row] = &[
+    // The present error (P17).
+    u16(0x603F, 0, "Error code").tpdo(),
+    limit(i16(0x605A, 0, "Quick stop option code").range(0, 8).default(2)),
+    limit(i16(0x605D, 0, "Halt option code").range(1, 4).default(1)),
+    // 20 counts at once are what the faithful drive has for good (P53).
+    limit(u32(0x6067, 0, "Position window").unit("cts").default(20)).rpdo(),
+    limit(u16(0x6068, 0, "Position window time").unit("ms")).rpdo(),
+    // The demands under the standard's indices, too (P28).
+    feedback(i32(0x606B, 0, "Velocity demand value").unit("cts/s")),
+    feedback(i16(0x6074, 0, "Torque demand").unit("permille")),
+    // As 0x6084; 0: as 0x6084.
+    limit(u32(0x6085, 0, "Quick stop deceleration").unit("cts/s2").default(2_000_000)).rpdo(),
+    // 0: at once, as the faithful drive.
+    limit(u32(0x6087, 0, "Torque slope").unit("permille/s")).rpdo(),
+];
+
+/// Where the axis finds its objects.
+pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects {
+    let p3 = p3::axis::axis(objects);
+    let [velocity_demand, _] = p3.feedback.velocity_demand;
+    let [torque_demand, _] = p3.feedback.torque_demand;
+    AxisObjects {
+        feedback: FeedbackObjects {
+            velocity_demand: [velocity_demand, Some(plain(objects, 0x606B, 0))],
+            torque_demand: [torque_demand, Some(plain(objects, 0x6074, 0))],
+            ..p3.feedback
+        },
+        configuration: ConfigurationObjects {
+            quick_stop_deceleration: Some(plain(objects, 0x6085, 0)),
+            torque_slope: Some(plain(objects, 0x6087, 0)),
+            halt_option: Some(objects.need(0x605D, 0)),
+            position_window: TargetWindow::Objects(WindowObjects {
+                size: plain(objects, 0x6067, 0),
+                time_ms: objects.need(0x6068, 0),
+            }),
+            ..p3.configuration
+        },
+        ..p3
+    }
+}

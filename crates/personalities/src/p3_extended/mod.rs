@@ -1,0 +1,69 @@
+//! The P3's objects, motor and faults under plain CiA 301 and CiA 402.
+//!
+//! It shares the rows of [`crate::p3`] and says here only what it adds or has otherwise. The drive's
+//! page in the documentation lists every difference with its reason.
+
+mod axis;
+mod communication;
+mod faults;
+
+use canopen::{Address, Device, Dictionary, Row, dictionary};
+
+use crate::p3;
+use crate::{ErrorRules, FaultRow, MOST_FAULTS, Personality};
+
+const ROWS: &[&[Row]] = &[
+    communication::ROWS,
+    communication::PDO_ROWS,
+    p3::motor::MOTOR_ROWS,
+    p3::motor::AMPLIFIER_ROWS,
+    p3::motor::GAIN_ROWS,
+    p3::axis::ROWS,
+    axis::ROWS,
+    p3::faults::OBJECT_ROWS,
+    faults::ENABLE_ROWS,
+];
+
+/// The object dictionary.
+pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
+
+/// Bytes of the drive's image.
+pub const IMAGE_BYTES: usize = OBJECTS_CONST.image_bytes();
+
+/// The same dictionary as a constant, to resolve handles in.
+const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
+
+/// Plain CiA 301.
+pub const CANOPEN: canopen::Dialect = canopen::Dialect::STANDARD;
+
+/// Plain CiA 402, with the P3's modes.
+pub const CIA402: cia402::Dialect = cia402::Dialect {
+    modes: p3::axis::MODES,
+    ..cia402::Dialect::STANDARD
+};
+
+const FAULTS: &[FaultRow] = &faults::table(&OBJECTS_CONST);
+
+const _: () = assert!(FAULTS.len() <= MOST_FAULTS);
+
+/// The drive.
+pub static P3_EXTENDED: Personality = Personality {
+    name: "p3-extended",
+    title: "Barrett P3 under plain CiA 301 and CiA 402",
+    device: Device::new(&OBJECTS, CANOPEN),
+    cia402: CIA402,
+    axis: axis::axis(&OBJECTS_CONST),
+    motor: p3::motor::motor(&OBJECTS_CONST),
+    amplifier: p3::motor::amplifier(&OBJECTS_CONST),
+    faults: FAULTS,
+    errors: ErrorRules {
+        keeps_last_code: false,
+        names_ended_error: true,
+    },
+    supply: p3::SUPPLY,
+    error_code: OBJECTS_CONST.optional(0x603F, 0),
+    status_register: OBJECTS_CONST.optional(0x1002, 0),
+    serial_number: OBJECTS_CONST.optional(0x1018, 4),
+    stores_single_entry: Some(Address::new(0x1010, 4)),
+    presets_position: Some(Address::new(0x6064, 0)),
+};

@@ -1,0 +1,167 @@
+//! The extended P3 against the faithful one: what it shares, what it adds, and what CiA 402 says of
+//! the objects that it adds.
+
+use canopen::{Access, DataType, Row, Table};
+use personalities::p3::{self, P3};
+use personalities::p3_extended::{self, P3_EXTENDED};
+use personalities::{Cause, FaultRow, Kind, States, Switch};
+
+fn tables() -> (Table, Table) {
+    (p3::OBJECTS.table(), p3_extended::OBJECTS.table())
+}
+
+fn row_of(table: &Table, index: u16, sub: u8) -> Option<Row> {
+    let entry = table.find(index, sub).ok()?;
+    table.row(&entry).copied()
+}
+
+/// Whether an object belongs to the application, 0x2000 and above.
+fn is_application(row: &Row) -> bool {
+    row.address.index >= 0x2000
+}
+
+#[test]
+fn every_application_object_of_the_p3_is_there_and_all_but_two_are_the_same() {
+    let (faithful, extended) = tables();
+    let mut otherwise = Vec::new();
+    for row in faithful.rows().iter().filter(|row| is_application(row)) {
+        let address = row.address;
+        let other = row_of(&extended, address.index, address.sub)
+            .unwrap_or_else(|| panic!("{address} is missing"));
+        if other != *row {
+            otherwise.push(address.index);
+        }
+    }
+    // The quick stop option code is an INTEGER16, and 0x603F the present error.
+    assert_eq!(otherwise, [0x603F, 0x605A]);
+}
+
+#[test]
+fn what_it_adds() {
+    use DataType::{I16, I32, U8, U16, U32};
+    let (faithful, extended) = tables();
+    let mut added = Vec::new();
+    for row in extended.rows().iter().filter(|row| is_application(row)) {
+        let address = row.address;
+        if faithful.find(address.index, address.sub).is_err() {
+            let writable = row.access == Access::ReadWrite;
+            added.push((address.index, address.sub, row.data_type, writable));
+        }
+    }
+    let mut expected: Vec<_> = (1..=12).map(|sub| (0x2410, sub, U8, true)).collect();
+    // Types and access of CiA 402.
+    expected.extend([
+        (0x605D, 0, I16, true),
+        (0x6067, 0, U32, true),
+        (0x6068, 0, U16, true),
+        (0x606B, 0, I32, false),
+        (0x6074, 0, I16, false),
+        (0x6085, 0, U32, true),
+        (0x6087, 0, U32, true),
+    ]);
+    assert_eq!(added, expected);
+    for (index, sub, _, writable) in added {
+        let row = row_of(&extended, index, sub).expect("the row");
+        if writable {
+            assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
+        } else {
+            assert!(row.is_live && row.maps_tpdo, "{}", row.address);
+        }
+    }
+}
+
+/// The object that makes an error possible, as a field of the image.
+fn field(switch: Switch) -> Option<canopen::Field> {
+    match switch {
+        Switch::Object(object) => Some(object.field),
+        _ => None,
+    }
+}
+
+#[test]
+fn each_error_of_the_manual_has_an_object_and_is_otherwise_the_same() {
+    let alike = |row: &FaultRow| {
+        (
+            row.cause,
+            row.code,
+            row.kind,
+            row.register_bit,
+            row.status_bit,
+            row.states,
+        )
+    };
+    assert!(P3_EXTENDED.faults.len() > P3.faults.len());
+    let mut sub = 0;
+    for (faithful, extended) in P3.faults.iter().zip(P3_EXTENDED.faults) {
+        assert_eq!(alike(faithful), alike(extended));
+        let unnamed = matches!(faithful.switch, Switch::Always | Switch::Off);
+        if unnamed {
+            sub += 1;
+            let object = p3_extended::OBJECTS.field(0x2410, sub);
+            assert!(
+                object.is_some() && field(extended.switch) == object,
+                "{sub}"
+            );
+            // At first on where the faithful drive has it always on.
+            let row = row_of(&p3_extended::OBJECTS.table(), 0x2410, sub).expect("the row");
+            let on = matches!(faithful.switch, Switch::Always);
+            assert_eq!(
+                row.default,
+                canopen::row::Default::Value(on.into()),
+                "{sub}"
+            );
+            assert_eq!((row.minimum, row.maximum), (Some(0), Some(1)), "{sub}");
+        } else {
+            assert!(!matches!(extended.switch, Switch::Always | Switch::Off));
+        }
+    }
+    assert_eq!(sub, 12);
+}
+
+#[test]
+fn errors_of_communication_are_warnings_in_bit_4() {
+    let more: Vec<_> = P3_EXTENDED.faults[P3.faults.len()..]
+        .iter()
+        .map(|row| {
+            assert_eq!(row.kind, Kind::Warning);
+            assert_eq!(row.states, States::All);
+            assert_eq!(row.register_bit, 4, "CiA 301, 0x1001: communication");
+            assert!(matches!(row.switch, Switch::Always));
+            (row.cause, row.code, row.status_bit)
+        })
+        .collect();
+    assert_eq!(
+        more,
+        [
+            (Cause::HeartbeatLost, 0x8130, 27),
+            (Cause::PdoTooShort, 0x8210, 28),
+            (Cause::PdoTooLong, 0x8220, 28),
+            (Cause::SyncLength, 0x8240, 29),
+            (Cause::RpdoTimeout, 0x8250, 30),
+            (Cause::ErrorPassive, 0x8120, 31),
+        ]
+    );
+}
+
+#[test]
+fn its_dialects_are_the_standards() {
+    assert_eq!(P3_EXTENDED.device.dialect, canopen::Dialect::STANDARD);
+    let standard = cia402::Dialect {
+        modes: P3.cia402.modes,
+        ..cia402::Dialect::STANDARD
+    };
+    assert_eq!(P3_EXTENDED.cia402, standard);
+    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x038D);
+    assert!(standard.halt_bit && standard.remote_bit && standard.ramps_on_stop);
+    assert!(!P3.cia402.halt_bit);
+    assert!(personalities::by_name("p3-extended").is_some());
+}
+
+#[test]
+fn names_are_unique() {
+    let mut names: Vec<_> = personalities::ALL.iter().map(|drive| drive.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), personalities::ALL.len());
+    assert_eq!(personalities::ALL[0].name, "p3", "the default");
+}
