@@ -37,7 +37,12 @@ impl<M: NodeMemory> Node<M> {
         let in_order = number == transfer.next;
         if !transfer.has_begun && !in_order && transfer.held == Some(bytes) {
             // The last segment of the block before once more, most likely: it ends no block.
-            return self.await_segment(n, now);
+            if self.acknowledges_again(n, now) {
+                self.server(n).transfer.has_begun = false;
+            } else {
+                self.await_segment(n, now);
+            }
+            return;
         }
         if in_order {
             // The one before it was not the last, so all of it counts.
@@ -80,6 +85,38 @@ impl<M: NodeMemory> Node<M> {
         server.reply = [0xA2, came, block_size, 0, 0, 0, 0, 0];
         self.await_client(n, now);
         self.outbox.post(Slot::Sdo(n));
+    }
+
+    /// The last segment that was acknowledged has come once more. Right behind the first, the wire
+    /// has doubled it; after a silence, its client has not heard the acknowledge and hears it again.
+    fn acknowledges_again(&mut self, n: u8, now: Instant) -> bool {
+        let SdoTransfers::All { timeout_ms, .. } = self.device.dialect.sdo else {
+            return false;
+        };
+        let rest = u64::from(timeout_ms).saturating_sub(SILENCE_MS);
+        let is_late = now.plus_ms(rest) >= self.server(n).due;
+        if is_late {
+            self.await_client(n, now);
+            self.outbox.post(Slot::Sdo(n));
+        }
+        is_late
+    }
+
+    /// Whether `frame` is the last segment of a block download once more, while its end is awaited:
+    /// not what else its first byte would mean now, an abort for example. The end itself is the end,
+    /// also where it looks alike.
+    pub(crate) fn is_last_segment_again(&mut self, n: u8, frame: &Frame, now: Instant) -> bool {
+        let transfer = &self.server(n).transfer;
+        let [command, bytes @ ..] = frame.bytes();
+        let is_again = transfer.phase == Phase::BlockDownloadEnd
+            && command & 0x80 != 0
+            && command & 0x7F == transfer.next.saturating_sub(1)
+            && command & 0xE3 != 0xC1
+            && transfer.held == Some(bytes);
+        if is_again {
+            self.acknowledges_again(n, now);
+        }
+        is_again
     }
 
     /// Whether server `n` was in the middle of a block, which is now acknowledged as far as it came.
@@ -152,19 +189,6 @@ impl SdoServer {
         self.transfer.block_size = block_size;
         let address = self.transfer.address;
         self.answer(0xA4, address, u32::from(block_size));
-    }
-
-    /// Whether `frame` is the last segment of a block download once more, while its end is awaited:
-    /// not what else its first byte would mean now, an abort for example. The end itself is the end,
-    /// also where it looks alike.
-    pub(crate) fn has_come_already(&self, frame: &Frame) -> bool {
-        let transfer = &self.transfer;
-        let [command, bytes @ ..] = frame.bytes();
-        transfer.phase == Phase::BlockDownloadEnd
-            && command & 0x80 != 0
-            && command & 0x7F == transfer.next.saturating_sub(1)
-            && command & 0xE3 != 0xC1
-            && transfer.held == Some(bytes)
     }
 
     /// Acknowledges the end.

@@ -71,7 +71,7 @@ impl<M: NodeMemory> Node<M> {
             }
             request => {
                 let [_, low, high, sub, ..] = frame.bytes();
-                if self.server(n).has_come_already(frame) {
+                if self.is_last_segment_again(n, frame, now) {
                     return;
                 }
                 if self.server(n).is_idle() {

@@ -261,6 +261,35 @@ pub(crate) fn segments_twice() {
     assert_eq!(master.bench.owner.taken, expected);
 }
 
+/// A client that repeats a block's last segment after a silence has not heard its acknowledge, and
+/// gets it again: of a block, and of the last one.
+pub(crate) fn acknowledges_lost() {
+    let mut master = master(3);
+    master.play(
+        "> C2 20 20 00 1C 00 00 00
+         < A4 20 20 00 03 00 00 00
+         > 01 01 02 03 04 05 06 07
+         > 02 11 12 13 14 15 16 17
+         > 03 21 22 23 24 25 26 27
+         < A2 03 03 00 00 00 00 00
+         ~ 500
+         > 03 21 22 23 24 25 26 27
+         < A2 03 03 00 00 00 00 00
+         ~ 999                        ; time has begun anew
+         > 03 21 22 23 24 25 26 27
+         < A2 03 03 00 00 00 00 00
+         > 81 31 32 33 34 35 36 37
+         < A2 01 03 00 00 00 00 00
+         ~ 100
+         > 81 31 32 33 34 35 36 37
+         < A2 01 03 00 00 00 00 00
+         > C1 00 00 00 00 00 00 00
+         < A1 00 00 00 00 00 00 00",
+    );
+    assert_eq!(master.bench.owner.taken.len(), 28);
+    master.is_usable();
+}
+
 pub(crate) fn numbers_out_of_order() {
     let mut master = master(4);
     master.play(
