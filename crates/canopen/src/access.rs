@@ -53,6 +53,9 @@ impl<M: NodeMemory> Node<M> {
         }
         if entry.has(flag::NODE) {
             self.communication_changed(address, now);
+            if let 0x1201..=0x127F = address.index {
+                self.drop_switched_off(owner);
+            }
         }
         Ok(Written::Now)
     }
@@ -95,6 +98,7 @@ impl<M: NodeMemory> Node<M> {
             }
         }
         image.set_bytes(entry.field, new);
+        self.replaced(entry.field);
         events.changed.insert(entry.class);
         if entry.has(flag::STORED) {
             self.is_reconfigured = address.index != 0x1020;

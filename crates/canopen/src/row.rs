@@ -391,9 +391,11 @@ impl Row {
                 if limited && value.is_nan() {
                     return Err(Abort::INVALID_VALUE);
                 }
+                // In 64 bits, because a bound need not be a REAL32.
+                let value = f64::from(value);
                 (
-                    self.maximum.is_some_and(|maximum| value > maximum as f32),
-                    self.minimum.is_some_and(|minimum| value < minimum as f32),
+                    self.maximum.is_some_and(|maximum| value > maximum as f64),
+                    self.minimum.is_some_and(|minimum| value < minimum as f64),
                 )
             }
             data_type => {
@@ -442,6 +444,11 @@ impl Row {
             return Ok(());
         }
         let value = self.data_type.wide_number(raw);
+        // An UNSIGNED64 can be more than any maximum says.
+        let beyond = matches!(self.data_type, DataType::U64) && raw > i64::MAX as u64;
+        if beyond && self.maximum.is_some() {
+            return Err(Abort::VALUE_TOO_HIGH);
+        }
         if self.maximum.is_some_and(|maximum| value > maximum) {
             return Err(Abort::VALUE_TOO_HIGH);
         }
