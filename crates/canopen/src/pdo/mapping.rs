@@ -170,7 +170,8 @@ impl Mapping {
             if end > BITS || usize::from(mapping.count) >= MAPPED_PER_PDO {
                 return Err(Abort::MAP_TOO_LONG);
             }
-            let is_plain = !found.has(flag::LONG) && bits % 8 == 0 && mapping.bits % 8 == 0;
+            let is_plain =
+                !found.has(flag::LONG) && bits.is_multiple_of(8) && mapping.bits.is_multiple_of(8);
             match mapping.copies.get_mut(usize::from(mapping.count)) {
                 Some(place) if is_plain => {
                     *place = Copy::new(&found, (entry >> 8) as u8, mapping.bits);

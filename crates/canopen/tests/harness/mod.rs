@@ -1,4 +1,5 @@
-//! What the tests of this crate share: two devices of one dictionary, and a node on a bench.
+//! What the tests of this crate share: two devices of one dictionary, one with everything, and a
+//! node on a bench.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -8,7 +9,9 @@
 
 mod bench;
 pub mod devices;
+pub mod full;
 pub mod script;
 
 pub use bench::{Bench, ID, Recorder};
 pub use devices::{BASIC, P3_LIKE, STANDARD};
+pub use full::FULL;
