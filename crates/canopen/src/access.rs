@@ -49,7 +49,7 @@ impl<M: NodeMemory> Node<M> {
         image.set_raw(entry.field, raw);
         events.changed.insert(entry.class);
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
         }
         Ok(Written::Now)
     }
@@ -94,7 +94,7 @@ impl<M: NodeMemory> Node<M> {
         image.set_bytes(entry.field, new);
         events.changed.insert(entry.class);
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
         }
         Ok(Written::Now)
     }
