@@ -11,7 +11,9 @@ mod bench;
 pub mod devices;
 pub mod full;
 pub mod script;
+pub mod stand;
 
 pub use bench::{Bench, ID, Recorder};
 pub use devices::{BASIC, P3_LIKE, STANDARD};
 pub use full::FULL;
+pub use stand::Stand;
