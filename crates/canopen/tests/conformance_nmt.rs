@@ -73,4 +73,5 @@ const RULES: &[Rule] = &[
     rule("NMT-44", "CiA 301 7.5.2.32", "Bus-off: likewise", guarding::behaviour_after_bus_off),
     rule("NMT-45", "CiA 301 7.5.2.32", "The end of an error does not lead back into operational", guarding::recovery_changes_no_state),
     rule("NMT-46", "CiA 301 7.5.2.32", "PDOs end with the operational that an error ends", guarding::pdos_end),
+    rule("NMT-47", "CiA 301 7.5.2.32", "0x1029 holds 0, 1 or 2: 0x06090030", guarding::behaviour_values),
 ];

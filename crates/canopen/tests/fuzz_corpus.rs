@@ -3,17 +3,29 @@
 
 mod harness;
 
-#[test]
-fn corpus() {
-    let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/frames");
-    let files = std::fs::read_dir(directory).expect("the corpus");
+use std::path::Path;
+
+/// Runs every file of a target's corpus.
+fn replay(target: &str, run: fn(&[u8])) {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    let files = std::fs::read_dir(corpus.join(target)).expect("the corpus");
     let mut count = 0;
     for file in files {
         let path = file.expect("a corpus file").path();
         let input = std::fs::read(&path).expect("its bytes");
         println!("{}", path.display());
-        harness::script::run(&input);
+        run(&input);
         count += 1;
     }
-    assert!(count > 0, "{directory} is empty");
+    assert!(count > 0, "the corpus of {target} is empty");
+}
+
+#[test]
+fn frames() {
+    replay("frames", harness::script::run);
+}
+
+#[test]
+fn pdo_config() {
+    replay("pdo_config", harness::config::run);
 }

@@ -193,6 +193,16 @@ pub(crate) fn behaviour_after_bus_off() {
     });
 }
 
+pub(crate) fn behaviour_values() {
+    let mut stand = Stand::new();
+    for sub in [1, 2] {
+        for value in 0..=255 {
+            let expected = if value <= 2 { Ok(()) } else { Err(0x0609_0030) };
+            assert_eq!(stand.write(0x1029, sub, value), expected);
+        }
+    }
+}
+
 pub(crate) fn recovery_changes_no_state() {
     let mut stand = guarded();
     stand.must(0x1029, 1, 0);

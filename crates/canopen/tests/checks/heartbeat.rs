@@ -168,7 +168,7 @@ pub(crate) fn several() {
         stand.must(
             0x1016,
             n,
-            u32::from(n) << 16 | 0x10_0000 | 10 * u32::from(n),
+            u32::from(n) << 16 | 0x10_0000 | (10 * u32::from(n)),
         );
     }
     for n in 1..=8 {
@@ -243,7 +243,7 @@ pub(crate) fn entries_change() {
     stand.wait_us(49_999);
     assert_eq!(stand.node.errors(), NOTHING);
     stand.wait_us(1);
-    assert_eq!(monitored(&stand)[0].2, true);
+    assert!(monitored(&stand)[0].2);
     assert_eq!(monitored(&stand)[1], (9, None, false));
     // Who is not listened for any more is not missed.
     stand.fresh().must(0x1016, 1, 0);

@@ -155,7 +155,7 @@ pub(crate) fn any_mixture() {
         let (mut objects, mut room) = (Vec::new(), 64);
         for _ in 0..80 {
             let object = object(chance.next() >> 20);
-            if object.2 <= room && chance.next() % 8 != 0 {
+            if object.2 <= room && !chance.next().is_multiple_of(8) {
                 room -= object.2;
                 objects.push(object);
             }

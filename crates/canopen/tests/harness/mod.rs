@@ -8,6 +8,7 @@
 )]
 
 mod bench;
+pub mod config;
 pub mod devices;
 pub mod full;
 pub mod script;
