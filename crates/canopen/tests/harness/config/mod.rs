@@ -15,8 +15,10 @@ use canopen::{CommunicationErrors, Events, Instant, News, NmtState, Node, NodeId
 use super::full::FULL;
 use super::stand::{Host, ID};
 use clock::Clock;
-use model::{Parameter, Pdo, Services};
-use script::{Doing, OBJECTS};
+use model::{Pdo, Services};
+
+pub use model::Parameter;
+pub use script::{Doing, OBJECTS};
 
 /// Does what `input` says and checks what must hold.
 ///
@@ -26,23 +28,29 @@ pub fn run(input: &[u8]) {
     let Some((first, mut rest)) = input.split_first() else {
         return;
     };
-    let mut world = World::new(first & 1 != 0);
-    if first & 2 != 0 {
-        world.act(Doing::Receive(Frame::classic(
-            0,
-            [1, 0, 0, 0, 0, 0, 0, 0],
-            2,
-        )));
-    }
-    while let Some(doing) = script::doing(&mut rest) {
-        world.act(doing);
-    }
-    world.act(Doing::Take(true));
+    let start = (first & 2 != 0).then_some(START).into_iter();
+    let doings = core::iter::from_fn(|| script::doing(&mut rest));
+    let mut world = play(first & 1 != 0, start.chain(doings));
     world.check_parameters(usize::from(first >> 2 & 7));
 }
 
+/// Leads into operational.
+pub const START: Doing = Doing::Command(0x01);
+
+/// Does all of `doings`, for a host that takes each frame at once or not.
+///
+/// # Panics
+/// If a rule is broken.
+pub fn play(eager: bool, doings: impl Iterator<Item = Doing>) -> World {
+    let mut world = World::new(eager);
+    doings.for_each(|doing| world.act(doing));
+    world.act(Doing::Take(true));
+    world
+}
+
 /// The node, and what is known of it from outside.
-struct World {
+#[derive(Debug)]
+pub struct World {
     node: Node<Vec<u8>>,
     host: Host,
     now: Instant,
@@ -97,6 +105,9 @@ impl World {
                     self.services.set(index, value & self.mask(index, sub));
                     self.clock.parameter(index, &self.services, self.now);
                 }
+            }
+            Doing::Command(command) => {
+                self.give(&Frame::classic(0, [command, ID as u8, 0, 0, 0, 0, 0, 0], 2));
             }
             Doing::Receive(frame) => self.receive(&frame),
             Doing::Rpdo(n, length, data) => {

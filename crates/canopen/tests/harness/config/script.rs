@@ -13,6 +13,8 @@ pub enum Doing {
     Remap(usize, u32, u8, [u8; 8], u8),
     /// A parameter of another service is written.
     Parameter(u16, u8, u32),
+    /// An NMT command.
+    Command(u8),
     /// Any frame comes in.
     Receive(Frame),
     /// A frame for RPDO 0 to 3.
@@ -195,10 +197,7 @@ pub fn doing(input: &mut &[u8]) -> Option<Doing> {
         ),
         8 if high & 4 != 0 => Doing::Receive(Frame::remote_frame(StandardId::new(0x705)?, 1)?),
         8 => Doing::Request(usize::from(high & 3)),
-        9 => {
-            let command = [0x01, 0x01, 0x80, 0x02][usize::from(high & 3)];
-            Doing::Receive(Frame::classic(0, [command, 5, 0, 0, 0, 0, 0, 0], 2))
-        }
+        9 => Doing::Command([0x01, 0x01, 0x80, 0x02][usize::from(high & 3)]),
         10 => {
             let [low, middle] = take(input)?;
             let count = u64::from(u16::from_le_bytes([low, middle]));
