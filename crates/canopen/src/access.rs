@@ -52,7 +52,7 @@ impl<M: NodeMemory> Node<M> {
             self.is_reconfigured = address.index != 0x1020;
         }
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
             if let 0x1201..=0x127F = address.index {
                 self.drop_switched_off(owner);
             }
@@ -104,7 +104,7 @@ impl<M: NodeMemory> Node<M> {
             self.is_reconfigured = address.index != 0x1020;
         }
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
         }
         Ok(Written::Now)
     }

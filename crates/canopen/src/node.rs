@@ -106,7 +106,11 @@ impl<M: NodeMemory> Node<M> {
     /// [`crate::Reset::Communication`]; then [`Node::start`]. Damaged parameters count as none.
     /// Transfers to streams are over; their owner is not told.
     pub fn restart_communication(&mut self, stored: &[u8], id: NodeId) {
+        // Silent until the start, whatever was due or waits.
         self.state = NmtState::Initialising;
+        self.outbox = Outbox::EMPTY;
+        self.due = Instant::NEVER;
+        self.waiting = None;
         self.id = id;
         self.emergencies = EmergencyQueue::EMPTY;
         let table = &self.device.table;
@@ -147,13 +151,14 @@ impl<M: NodeMemory> Node<M> {
         } else {
             NmtState::PreOperational
         };
-        self.enter(state, now);
-        self.due = self.earliest();
-        Events {
+        let mut events = Events {
             entered: Some(state),
             changed: Changed::EVERYTHING,
             ..Events::NOTHING
-        }
+        };
+        self.enter(state, now, &mut events);
+        self.due = self.earliest();
+        events
     }
 
     /// Takes a frame from the bus. Anything malformed is met with the abort or the silence that
@@ -250,6 +255,9 @@ impl<M: NodeMemory> Node<M> {
 
     fn poll_due<O: Owner>(&mut self, now: Instant, owner: &mut O) -> Events {
         let mut events = Events::NOTHING;
+        if self.state == NmtState::Initialising {
+            return events;
+        }
         // "Never" does not come, not even at the end of time.
         let is_due = |at: Instant| now >= at && at != Instant::NEVER;
         if self.heartbeat.take_due(now) {

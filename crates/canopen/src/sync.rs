@@ -54,7 +54,8 @@ impl Sync {
         window_due: Instant::NEVER,
     };
 
-    /// SYNC by its parameters. A producer that was sending goes on in its rhythm.
+    /// SYNC by its parameters. A producer that was sending goes on in its rhythm if the period is
+    /// the same, and goes on counting.
     pub(crate) fn new(parameters: &SyncParameters, before: &Sync, now: Instant) -> Sync {
         // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5); bit 30 makes this node a producer.
         let cob_id = CobId(parameters.cob_id.0 & !(1 << 31));
@@ -78,7 +79,10 @@ impl Sync {
             is_plain: parameters.overflow.is_none() && parameters.window_us == 0,
             length: parameters.overflow.map(|overflow| u8::from(overflow > 1)),
             overflow: parameters.overflow.unwrap_or(0),
-            counter: if due == before.due { before.counter } else { 1 },
+            counter: match (before.period_ns, period_ns) {
+                (0, _) | (_, 0) => 1,
+                _ => before.counter,
+            },
             period_ns,
             due,
             window_ns: u64::from(parameters.window_us) * 1_000,
