@@ -14,3 +14,5 @@ pub mod drive_harness;
 
 #[path = "../../crates/canopen/tests/sdo_client/harness/mod.rs"]
 pub mod sdo_client_harness;
+#[path = "../../crates/eds/tests/harness/mod.rs"]
+pub mod eds_harness;

@@ -41,25 +41,41 @@ def replayed(log: Path) -> bool:
 
 
 class Simulation:
-    """Virtual drives behind a socketcand and an slcan door, recorded to `log`; `options` are more
-    words for `servobus sim`.
+    """Virtual drives behind a socketcand and an slcan door, or other ones, recorded to `log`;
+    `options` are more words for `servobus sim`.
     """
 
-    def __init__(self, nodes: str, log: Path, *options: str, drive: str = "p3"):
+    def __init__(
+        self,
+        nodes: str,
+        log: Path,
+        *options: str,
+        drive: str = "p3",
+        doors=("socketcand://127.0.0.1:0", "slcan://127.0.0.1:0"),
+    ):
         self.log = log
-        self._stderr = open(log.with_suffix(".stderr.txt"), "wb")
+        self.stderr = log.with_suffix(".stderr.txt")
+        self._stderr = open(self.stderr, "wb")
         command = [servobus(), "sim", "--drive", drive, "--nodes", nodes, "--record", str(log)]
-        command += [*options, "--bus", "socketcand://127.0.0.1:0", "--bus", "slcan://127.0.0.1:0"]
+        command += options
+        for door in doors:
+            command += ["--bus", door]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._stderr)
         self._lines = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
         self._deadline = time.monotonic() + START_TIMEOUT_S
         self.ready = self._line()
-        # `socketcand://127.0.0.1:40001 channel can0`
-        address, word, self.channel = self._line().split()
-        assert word == "channel"
-        self.socketcand_port = self._port(address, "socketcand")
-        self.slcan_port = self._port(self._line(), "slcan")
+        for door in doors:
+            address, *rest = self._line().split()
+            if door.startswith("socketcand:"):
+                # `socketcand://127.0.0.1:40001 channel can0`
+                word, self.channel = rest
+                assert word == "channel"
+                self.socketcand_port = self._port(address, "socketcand")
+            elif door.startswith("slcan:"):
+                self.slcan_port = self._port(address, "slcan")
+            else:
+                assert address == door and not rest
 
     def _read(self):
         for line in self._process.stdout:
@@ -99,6 +115,12 @@ class Simulation:
             "bitrate": 1_000_000,
             "sleep_after_open": 0,
         }
+
+    def kill(self) -> None:
+        """Ends it in the middle of what it does."""
+        self._process.kill()
+        self._process.wait(STOP_TIMEOUT_S)
+        self._stderr.close()
 
     def stop(self) -> None:
         """Ends it, as Ctrl-C does; the recording is complete then."""

@@ -1,29 +1,41 @@
-"""Wireshark's dissector on the recording of the whole session."""
+"""Wireshark's dissector on the recording of the whole session, as candump's log and as pcapng."""
 
 import subprocess
 
 import pytest
 
-from simulation import directory
+from simulation import directory, servobus
+from talk import identifier, record, whole
 
-# python-can's socketcand and slcan have no remote frames here, and every identifier is CANopen's.
+# In that session there are no remote frames, and every identifier is CANopen's.
 CANOPEN = ["-d", "can.subdissector,canopen"]
 
 
-def tshark(*arguments) -> list:
+@pytest.fixture(scope="module", params=["bus.log", "bus.pcapng"])
+def recording(request):
+    """The log, and the same frames as pcapng, by a replay."""
+    path = directory() / request.param
+    if path.suffix == ".pcapng":
+        command = [servobus(), "replay", str(directory() / "bus.log"), "--output", str(path)]
+        subprocess.run(command, check=True, timeout=600)
+    return path
+
+
+def tshark(recording, *arguments) -> list:
     """The lines that tshark prints."""
-    command = ["tshark", "-r", str(directory() / "bus.log"), *CANOPEN, *arguments]
+    command = ["tshark", "-r", str(recording), *CANOPEN, *arguments]
     ended = subprocess.run(command, check=True, capture_output=True, text=True, timeout=600)
     return ended.stdout.splitlines()
 
 
-def test_no_frame_is_malformed():
-    assert tshark("-Y", "_ws.malformed") == []
+def test_no_frame_is_malformed(recording):
+    assert tshark(recording, "-Y", "_ws.malformed") == []
 
 
-def test_every_frame_is_read_as_canopen():
+def test_every_frame_is_read_as_canopen(recording):
     lines = (directory() / "bus.log").read_text().count("\n")
-    assert len(tshark("-Y", "canopen", "-T", "fields", "-e", "frame.number")) == lines
+    shown = tshark(recording, "-Y", "canopen", "-T", "fields", "-e", "frame.number")
+    assert len(shown) == lines
 
 
 @pytest.mark.parametrize(
@@ -42,5 +54,35 @@ def test_every_frame_is_read_as_canopen():
         ("SDO abort", "canopen.sdo.abort_code == 0x08000022"),
     ],
 )
-def test_every_kind_of_message_is_recognised(what, filter):
-    assert tshark("-Y", filter), f"tshark finds no {what}"
+def test_every_kind_of_message_is_recognised(recording, what, filter):
+    assert tshark(recording, "-Y", filter), f"tshark finds no {what}"
+
+
+def test_tshark_reads_pcapng():
+    boots, heard, path = record("live.pcapng")
+    fields = ["frame.time_epoch", "can.flags.xtd", "can.flags.rtr", "can.id", "can.len"]
+    fields += ["data.data", "frame.packet_flags_direction"]
+    command = ["tshark", "-r", str(path), "-T", "fields", "-E", "separator=;"]
+    for field in fields:
+        command += ["-e", field]
+    # Without CANopen, so that the bytes are shown as they are.
+    command += ["-d", "can.subdissector,data"]
+    ended = subprocess.run(command, check=True, capture_output=True, text=True, timeout=600)
+    recorded, stamps = [], []
+    for line in ended.stdout.splitlines():
+        stamp, extended, remote, number, length, data, direction = line.split(";")
+        text = identifier(int(number, 0), is_true(extended))
+        length = int(length)
+        recorded.append(text + (f"R{length or ''}" if is_true(remote) else data.upper()))
+        stamps.append(float(stamp))
+        # Sent by the drives, or received from outside.
+        answers = {0x581, 0x582, 0x701, 0x702}
+        outbound = int(number, 0) in answers and not is_true(remote)
+        assert int(direction, 0) == (2 if outbound else 1), line
+    whole(boots, heard, recorded)
+    # Simulated time, from zero.
+    assert stamps == sorted(stamps) and 0 < stamps[0] < 1 and stamps[-1] < 60
+
+
+def is_true(flag: str) -> bool:
+    return flag in ("1", "True")

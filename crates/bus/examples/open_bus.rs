@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     mailboxes.entry(client).or_default().push(frame);
                     continue;
                 }
-                Event::Left { .. } | Event::Refused { .. } => {}
+                Event::Left { .. } | Event::Refused { .. } | Event::Trouble { .. } => {}
             }
             eprintln!("{event:?}");
         }

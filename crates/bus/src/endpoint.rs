@@ -17,6 +17,9 @@ pub enum Protocol {
     Socketcand,
     /// The slcan (Lawicel) protocol, over TCP instead of a serial line.
     Slcan,
+    /// Linux's own CAN sockets (SocketCAN): no connection at all, but a network interface of this
+    /// machine.
+    SocketCan,
 }
 
 impl Protocol {
@@ -25,13 +28,14 @@ impl Protocol {
         match self {
             Protocol::Socketcand => "socketcand",
             Protocol::Slcan => "slcan",
+            Protocol::SocketCan => "socketcan",
         }
     }
 }
 
-/// A bus at the other end of a TCP connection: `socketcand://HOST:PORT[/CHANNEL]` or
-/// `slcan://HOST:PORT`. An IPv6 address stands in brackets. Port 0 has a meaning only for
-/// listening: a free one is chosen.
+/// A bus at the other end of a TCP connection, `socketcand://HOST:PORT[/CHANNEL]` or
+/// `slcan://HOST:PORT`, or at a CAN interface of this machine, `socketcan://INTERFACE`. An IPv6
+/// address stands in brackets. Port 0 has a meaning only for listening: a free one is chosen.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Endpoint {
     protocol: Protocol,
@@ -45,10 +49,16 @@ pub struct Endpoint {
 #[non_exhaustive]
 pub enum EndpointError {
     /// No `://`.
-    #[error("'{0}' is no bus address: write socketcand://HOST:PORT/can0 or slcan://HOST:PORT")]
+    #[error(
+        "'{0}' is no bus address: write socketcand://HOST:PORT/can0, slcan://HOST:PORT or \
+         socketcan://INTERFACE"
+    )]
     NoProtocol(String),
     /// A protocol this crate does not speak.
-    #[error("'{protocol}' in '{text}' is not a known protocol: use socketcand:// or slcan://")]
+    #[error(
+        "'{protocol}' in '{text}' is not a known protocol: use socketcand://, slcan:// or \
+         socketcan://"
+    )]
     UnknownProtocol {
         /// The whole text.
         text: String,
@@ -94,6 +104,17 @@ pub enum EndpointError {
     /// slcan carries one bus, which has no name.
     #[error("'{0}' names a channel, but slcan knows none: leave out what follows the port")]
     ChannelOnSlcan(String),
+    /// What stands behind `socketcan://` cannot be a network interface.
+    #[error(
+        "'{interface}' in '{text}' is no CAN interface of this machine: write its name alone, as \
+         in socketcan://can0, or socketcand://HOST:PORT for a bus behind a network"
+    )]
+    BadInterface {
+        /// The whole text.
+        text: String,
+        /// The part that should be the interface.
+        interface: String,
+    },
 }
 
 fn example(text: &str) -> &'static str {
@@ -116,29 +137,43 @@ impl Endpoint {
         }
     }
 
+    /// The CAN interface of this machine with that name, as `ip link` lists it.
+    pub fn of_interface(name: impl Into<String>) -> Endpoint {
+        Endpoint {
+            protocol: Protocol::SocketCan,
+            host: String::new(),
+            port: 0,
+            channel: name.into(),
+        }
+    }
+
     /// How frames are spoken.
     pub fn protocol(&self) -> Protocol {
         self.protocol
     }
 
-    /// Host name or address, without brackets.
+    /// Host name or address, without brackets; empty for an interface of this machine.
     pub fn host(&self) -> &str {
         &self.host
     }
 
-    /// TCP port.
+    /// TCP port; 0 for an interface of this machine.
     pub fn port(&self) -> u16 {
         self.port
     }
 
-    /// Name of the bus at the other end (socketcand only; `can0` unless given).
+    /// Name of the bus at the other end (socketcand; `can0` unless given), or of the interface
+    /// (SocketCAN).
     pub fn channel(&self) -> &str {
         &self.channel
     }
 
-    /// Whether the host is this machine by its very name: a loopback address or `localhost`.
-    /// Other names are not looked up.
+    /// Whether this is on this machine by its very name: a loopback address, `localhost`, or an
+    /// interface. Other names are not looked up.
     pub fn is_loopback(&self) -> bool {
+        if self.protocol == Protocol::SocketCan {
+            return true;
+        }
         let name = self.host.trim_end_matches('.').to_ascii_lowercase();
         match name.parse::<IpAddr>() {
             Ok(address) => address.to_canonical().is_loopback(),
@@ -158,6 +193,9 @@ impl Endpoint {
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (scheme, host, port) = (self.protocol.scheme(), &self.host, self.port);
+        if self.protocol == Protocol::SocketCan {
+            return write!(f, "{scheme}://{}", self.channel);
+        }
         if host.contains(':') {
             write!(f, "{scheme}://[{host}]:{port}")?;
         } else {
@@ -165,7 +203,7 @@ impl fmt::Display for Endpoint {
         }
         match self.protocol {
             Protocol::Socketcand => write!(f, "/{}", self.channel),
-            Protocol::Slcan => Ok(()),
+            Protocol::Slcan | Protocol::SocketCan => Ok(()),
         }
     }
 }
@@ -178,13 +216,21 @@ impl FromStr for Endpoint {
         let (scheme, rest) = text
             .split_once("://")
             .ok_or_else(|| EndpointError::NoProtocol(whole()))?;
-        let protocol = [Protocol::Socketcand, Protocol::Slcan]
+        let protocol = [Protocol::Socketcand, Protocol::Slcan, Protocol::SocketCan]
             .into_iter()
             .find(|protocol| protocol.scheme() == scheme)
             .ok_or_else(|| EndpointError::UnknownProtocol {
                 text: whole(),
                 protocol: scheme.to_owned(),
             })?;
+        if protocol == Protocol::SocketCan {
+            let interface = rest.strip_suffix('/').unwrap_or(rest);
+            if is_channel(interface) {
+                return Ok(Endpoint::of_interface(interface));
+            }
+            let (text, interface) = (whole(), interface.to_owned());
+            return Err(EndpointError::BadInterface { text, interface });
+        }
         let (place, channel) = match rest.split_once('/') {
             Some((place, channel)) => (place, Some(channel)),
             None => (rest, None),
@@ -218,8 +264,8 @@ impl FromStr for Endpoint {
         let channel = match (protocol, channel.filter(|channel| !channel.is_empty())) {
             (_, None) => DEFAULT_CHANNEL,
             (Protocol::Slcan, Some(_)) => return Err(EndpointError::ChannelOnSlcan(whole())),
-            (Protocol::Socketcand, Some(channel)) if is_channel(channel) => channel,
-            (Protocol::Socketcand, Some(channel)) => {
+            (_, Some(channel)) if is_channel(channel) => channel,
+            (_, Some(channel)) => {
                 let channel = channel.to_owned();
                 return Err(EndpointError::BadChannel {
                     text: whole(),
@@ -284,6 +330,7 @@ mod tests {
             ("socketcand://[::1]:65535/can0", "::1", 65535, "can0"),
             ("slcan://bench-2.lab:3000", "bench-2.lab", 3000, "can0"),
             ("slcan://[fe80::1]:0", "fe80::1", 0, "can0"),
+            ("socketcan://vcan0", "", 0, "vcan0"),
         ];
         for (text, host, port, channel) in table {
             let endpoint = parse(text).unwrap();
@@ -304,6 +351,10 @@ mod tests {
         assert_eq!(
             parse("slcan://h:5/").unwrap(),
             Endpoint::new(Protocol::Slcan, "h", 5)
+        );
+        assert_eq!(
+            parse("socketcan://can1/").unwrap(),
+            Endpoint::of_interface("can1")
         );
     }
 
@@ -346,6 +397,15 @@ mod tests {
             ("socketcand://h:5/can 0", "'can 0' in"),
             ("socketcand://h:5/a/b", "'a/b' in"),
             ("socketcand://h:5/sixteen-letters0", "is no channel"),
+            (
+                "socketcan://h:29536",
+                "'h:29536' in 'socketcan://h:29536' is no CAN interface of this machine",
+            ),
+            ("socketcan://", "'' in 'socketcan://' is no CAN interface"),
+            (
+                "socketcan://can0/can0",
+                "write its name alone, as in socketcan://can0",
+            ),
         ];
         for (text, message) in table {
             let error = parse(text).unwrap_err().to_string();
@@ -367,6 +427,7 @@ mod tests {
             "slcan://LocalHost:1",
             "slcan://a.localhost:1",
             "slcan://[::ffff:127.0.0.1]:1",
+            "socketcan://can0",
         ] {
             assert!(is(text), "{text}");
         }

@@ -113,6 +113,8 @@ pub(crate) mod flag {
     pub(crate) const LONG: u16 = 1 << 9;
     /// An entry of the error history, which may hold no data.
     pub(crate) const HISTORY: u16 = 1 << 10;
+    /// A save command stores it.
+    pub(crate) const STORED: u16 = 1 << 11;
 }
 
 /// One object, or a run of sub-indices that are alike.
@@ -389,9 +391,11 @@ impl Row {
                 if limited && value.is_nan() {
                     return Err(Abort::INVALID_VALUE);
                 }
+                // In 64 bits, because a bound need not be a REAL32.
+                let value = f64::from(value);
                 (
-                    self.maximum.is_some_and(|maximum| value > maximum as f32),
-                    self.minimum.is_some_and(|minimum| value < minimum as f32),
+                    self.maximum.is_some_and(|maximum| value > maximum as f64),
+                    self.minimum.is_some_and(|minimum| value < minimum as f64),
                 )
             }
             data_type => {
@@ -440,6 +444,11 @@ impl Row {
             return Ok(());
         }
         let value = self.data_type.wide_number(raw);
+        // An UNSIGNED64 can be more than any maximum says.
+        let beyond = matches!(self.data_type, DataType::U64) && raw > i64::MAX as u64;
+        if beyond && self.maximum.is_some() {
+            return Err(Abort::VALUE_TOO_HIGH);
+        }
         if self.maximum.is_some_and(|maximum| value > maximum) {
             return Err(Abort::VALUE_TOO_HIGH);
         }
@@ -480,6 +489,9 @@ impl Row {
         }
         if !matches!(self.data_type.size(), 1 | 2 | 4) {
             flags |= flag::LONG;
+        }
+        if !matches!(self.group, Group::None) {
+            flags |= flag::STORED;
         }
         if self.address.index == 0x1003 {
             flags |= flag::HISTORY;

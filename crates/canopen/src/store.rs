@@ -11,7 +11,7 @@ mod restore;
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use crate::row::{Default, Group};
-use crate::{Abort, Address, Field, Image, NodeId, Row, Table};
+use crate::{Abort, Address, DataType, Field, Image, NodeId, Row, Table};
 pub use restore::{RESTORE_SIGNATURE, restore};
 
 /// "save" as an UNSIGNED32 (CiA 301 7.5.2.13).
@@ -229,19 +229,18 @@ fn load_where(
     };
     let wanted = |address| !lss::is_lss(address) && wanted(address);
     for record in records(stored)?.filter(|record| wanted(record.address)) {
-        let mut raw = [0; 4];
-        let fits = raw
-            .get_mut(..record.bytes.len())
-            .map(|raw| raw.copy_from_slice(record.bytes));
-        let raw = u32::from_le_bytes(raw);
         let place = table
             .find(record.address.index, record.address.sub)
             .ok()
-            .filter(|entry| fits.is_some() && usize::from(entry.field.size()) == record.bytes.len())
-            .filter(|entry| table.row(entry).is_some_and(|row| allows(row, raw)));
+            .filter(|entry| fits(entry.field, record.bytes.len()))
+            .filter(|entry| {
+                table
+                    .row(entry)
+                    .is_some_and(|row| allows(row, record.bytes))
+            });
         match place {
             Some(entry) => {
-                image.set_raw(entry.field, raw);
+                image.set_bytes(entry.field, record.bytes);
                 loaded.applied = loaded.applied.saturating_add(1);
             }
             None => loaded.skipped = loaded.skipped.saturating_add(1),
@@ -250,8 +249,23 @@ fn load_where(
     Ok(loaded)
 }
 
-fn allows(row: &Row, raw: u32) -> bool {
-    row.group != Group::None && row.check_range(raw).is_ok()
+/// A text may be shorter than its place.
+fn fits(field: Field, length: usize) -> bool {
+    let room = usize::from(field.size());
+    length == room || (length < room && field.data_type() == DataType::Text)
+}
+
+fn allows(row: &Row, bytes: &[u8]) -> bool {
+    let mut raw = [0; 8];
+    for (place, byte) in raw.iter_mut().zip(bytes) {
+        *place = *byte;
+    }
+    let raw = u64::from_le_bytes(raw);
+    let in_range = match row.data_type.size() {
+        8 => row.check_wide_range(raw),
+        _ => row.check_range(raw as u32),
+    };
+    row.group != Group::None && in_range.is_ok()
 }
 
 /// The buffer given to [`save`] is too small.
@@ -290,9 +304,8 @@ pub fn save(
                 continue;
             }
             if request.covers(row, address) {
-                let raw = image.raw(entry.field);
-                if !is_default_cob_id(row, raw, node) {
-                    writer.record(address, entry.field, raw)?;
+                if !is_default_cob_id(row, image.raw(entry.field), node) {
+                    writer.bytes(address, worth_storing(image, entry.field))?;
                 }
             } else if let Some(kept) = find(old, address) {
                 writer.bytes(address, kept)?;
@@ -329,6 +342,16 @@ struct Writer<'a> {
     capacity: usize,
 }
 
+/// A value's bytes; of a text those before its end.
+fn worth_storing<'a>(image: &'a Image<'_>, field: Field) -> &'a [u8] {
+    let bytes = image.bytes(field);
+    let length = match field.data_type() {
+        DataType::Text => bytes.iter().position(|byte| *byte == 0),
+        _ => None,
+    };
+    length.and_then(|end| bytes.get(..end)).unwrap_or(bytes)
+}
+
 impl Writer<'_> {
     fn new(out: &mut [u8]) -> Writer<'_> {
         let capacity = out.len();
@@ -337,14 +360,6 @@ impl Writer<'_> {
             used: HEADER,
             capacity,
         }
-    }
-
-    fn record(&mut self, address: Address, field: Field, raw: u32) -> Result<(), Full> {
-        let bytes = raw.to_le_bytes();
-        self.bytes(
-            address,
-            bytes.get(..usize::from(field.size())).unwrap_or(&[]),
-        )
     }
 
     fn bytes(&mut self, address: Address, bytes: &[u8]) -> Result<(), Full> {

@@ -437,7 +437,7 @@ fn a_node_from_its_store() {
         &mut stored,
     )
     .expect("room");
-    let mut node = canopen::Node::new(&STANDARD, [0u8; devices::IMAGE_BYTES], node(9));
+    let mut node = canopen::Node::new(&STANDARD, vec![0; devices::IMAGE_BYTES], node(9));
     store::load(
         &devices::OBJECTS.table(),
         &mut node.image(),

@@ -1,5 +1,6 @@
 //! The subcommands.
 
+pub(crate) mod eds;
 pub(crate) mod lss;
 pub(crate) mod monitor;
 pub(crate) mod nmt;

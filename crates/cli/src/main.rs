@@ -11,6 +11,7 @@ mod node_list;
 mod object_address;
 mod output;
 mod plant_bench;
+mod record_file;
 mod time_span;
 mod wire;
 
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{lss, monitor, nmt, od, play, program, replay, scan, sdo, sim};
+use commands::{eds, lss, monitor, nmt, od, play, program, replay, scan, sdo, sim};
 pub(crate) use failure::Failure;
 
 /// Virtual CiA 402 servo drives on a CAN bus, and a tool to find, read, operate and test such drives.
@@ -54,6 +55,7 @@ enum Command {
     Lss(lss::Arguments),
     Monitor(monitor::Arguments),
     Od(od::Arguments),
+    Eds(eds::Arguments),
     Play(play::Arguments),
     Program(program::Arguments),
     Demo(demo::Arguments),
@@ -69,6 +71,7 @@ fn main() -> ExitCode {
         Command::Lss(arguments) => lss::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
+        Command::Eds(arguments) => eds::run(arguments),
         Command::Play(arguments) => play::run(arguments),
         Command::Program(arguments) => program::run(arguments),
         Command::Demo(arguments) => demo::run(arguments),

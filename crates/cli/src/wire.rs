@@ -5,17 +5,17 @@ use std::pin::pin;
 use std::task::Poll;
 use std::time::{Duration, Instant as RealTime};
 
-use bus::{Connection, ConnectionError, Endpoint};
+use bus::{Connection, ConnectionError, Endpoint, Report};
 use can::Frame;
 use canopen::Instant;
 use client::{Link, LinkError};
 
-use crate::Failure;
+use crate::{Failure, output};
 
 /// Where the bus is that a subcommand talks to.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct WireArguments {
-    /// The bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT.
+    /// The bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or socketcan://INTERFACE.
     #[arg(
         long,
         value_name = "ENDPOINT",
@@ -56,6 +56,15 @@ pub(crate) fn run<T>(
     })
 }
 
+/// Tells people what the controller's driver has reported, and gives it.
+pub(crate) fn tell_reports(connection: &mut Connection) -> Vec<Report> {
+    let reports = connection.take_reports();
+    for report in &reports {
+        output::tell(format_args!("{}: {}", connection.endpoint(), report.error));
+    }
+    reports
+}
+
 /// A [`Link`] to a bus in real time, which counts from the connection.
 #[derive(Debug)]
 pub(crate) struct WireLink {
@@ -93,6 +102,7 @@ impl Link for WireLink {
 
     async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {
         let sent = self.connection.send(frame).await;
+        tell_reports(&mut self.connection);
         sent.map_err(|error| self.lost(&error))
     }
 
@@ -114,6 +124,7 @@ impl Link for WireLink {
                 .await
                 .ok()
         };
+        tell_reports(&mut self.connection);
         match received {
             Some(Ok(received)) => Ok(Some((self.now(), received.frame))),
             Some(Err(error)) => Err(self.lost(&error)),

@@ -50,7 +50,7 @@ fn drives_get_node_ids_that_are_there_in_the_next_run() {
     );
     assert_eq!(nodes(&sim), ["2", "8", "9"]);
     // The one that is set up as 2 becomes 30.
-    let identity = "0x408:0x5033:0x10000:1002";
+    let identity = "0x408:0x5033:0x20000:1002";
     lss(&sim, &["set-id", "--identity", identity, "30", "--store"]);
     // It boots as another node than the one that was told to.
     printed(&["nmt", "--bus", sim.bus(), "reset-communication", "2"], 1);
@@ -90,7 +90,7 @@ fn an_activated_bit_rate_is_followed_and_told() {
         "500k",
     ];
     let sim = Sim::start(&words);
-    let identity = "0x408:0x5033:0x10000:1001";
+    let identity = "0x408:0x5033:0x20000:1001";
     lss(
         &sim,
         &[

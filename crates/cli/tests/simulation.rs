@@ -6,7 +6,8 @@ use std::fs;
 use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
-use bus::recording::candump::{Content, Reader};
+use bus::recording::Content;
+use bus::recording::candump::Reader;
 use bus::{Connection, Endpoint};
 use can::{Frame, StandardId};
 use support::{Folder, Sim, printed};
@@ -262,6 +263,89 @@ fn the_same_seed_gives_the_same_log_and_another_seed_another() {
     assert_eq!(first.lines().count(), 3);
     assert_eq!(first, log("b.log", "1"));
     assert_ne!(first, log("c.log", "2"));
+}
+
+/// The format makes no difference to the run: the samples for MCAP neither.
+#[test]
+fn every_format_holds_the_same_frames() {
+    let folder = Folder::new();
+    let file = |name: &str| folder.file(name);
+    for ending in ["log", "pcapng", "mcap"] {
+        let path = file(&format!("run.{ending}"));
+        let words = ["sim", "--bus", "none", "--speed", "max", "--for", "1s"];
+        printed(&[&words[..], &["--record", &path]].concat(), 0);
+    }
+    let log = fs::read_to_string(file("run.log")).unwrap();
+    assert_eq!(log.lines().count(), 3);
+    let causes = |ending: &str| fs::read(file(&format!("run.{ending}.run"))).unwrap();
+    assert!(causes("log") == causes("pcapng") && causes("log") == causes("mcap"));
+    // From the causes the log can be made again, and from a log the other formats.
+    for ending in ["pcapng", "mcap"] {
+        let again = file(&format!("{ending}.log"));
+        printed(
+            &[
+                "replay",
+                &file(&format!("run.{ending}")),
+                "--output",
+                &again,
+            ],
+            0,
+        );
+        assert_eq!(fs::read_to_string(&again).unwrap(), log);
+    }
+    let again = file("again.pcapng");
+    printed(&["replay", &file("run.log"), "--output", &again], 0);
+    assert_eq!(
+        fs::read(again).unwrap(),
+        fs::read(file("run.pcapng")).unwrap()
+    );
+
+    // The signals of MCAP: three drives for a second, every 5 ms.
+    let bytes = fs::read(file("run.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap();
+    let mut counts = std::collections::BTreeMap::new();
+    for message in messages {
+        let message = message.unwrap();
+        let content: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        if message.channel.topic.starts_with("drive/") {
+            assert_eq!(content["position_turns"], 0.0);
+        }
+        *counts.entry(message.channel.topic.clone()).or_insert(0) += 1;
+    }
+    let expected = [
+        ("can0", 3),
+        ("drive/1", 201),
+        ("drive/2", 201),
+        ("drive/3", 201),
+    ];
+    let expected = expected.map(|(topic, count)| (topic.to_owned(), count));
+    assert_eq!(counts, expected.into());
+}
+
+/// `monitor --record` on a bus with traffic, in every format.
+#[test]
+fn the_monitor_records_what_it_shows() {
+    let folder = Folder::new();
+    let sim = Sim::start(&["--nodes", "1"]);
+    outside(sim.bus(), async |connection| {
+        let heartbeat = frame(0x601, &[0x22, 0x17, 0x10, 0, 20, 0]);
+        ask(connection, heartbeat, 0x581).await;
+    });
+    for ending in ["log", "pcapng", "mcap"] {
+        let path = folder.file(&format!("seen.{ending}"));
+        let words = ["monitor", "--for", "300ms", "--bus", sim.bus(), "--record"];
+        let shown = printed(&[&words[..], &[&path]].concat(), 0);
+        let shown = shown.lines().count();
+        assert!(shown >= 5, "{shown} heartbeats in 300 ms");
+        let bytes = fs::read(&path).unwrap();
+        let recorded = match ending {
+            "log" => Reader::new(bytes.as_slice()).map(Result::unwrap).count(),
+            // A block of the same length for each frame: 28 bytes, the packet, flags, the length.
+            "pcapng" => bytes.windows(4).filter(|w| *w == [60, 0, 0, 0]).count() / 2,
+            _ => mcap::MessageStream::new(&bytes).unwrap().count(),
+        };
+        assert_eq!(recorded, shown, "{ending}");
+    }
 }
 
 #[test]

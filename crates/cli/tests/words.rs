@@ -41,6 +41,27 @@ fn every_help_has_examples() {
 fn bad_input_is_named_and_ends_with_2() {
     let table: &[(&str, &str)] = &[
         ("fly", "unrecognized subcommand 'fly'"),
+        (
+            "sim --record run.txt",
+            "run.txt: the ending tells the format of a recording: .log (candump), .pcapng",
+        ),
+        ("monitor --record run", "run: the ending tells the format"),
+        (
+            "demo --record run.pcap",
+            "run.pcap: the ending tells the format",
+        ),
+        (
+            "replay run.log --output again.txt",
+            "again.txt: the ending tells the format",
+        ),
+        (
+            "replay run.mcap",
+            "run.mcap: a replay can be compared with a candump log only",
+        ),
+        (
+            "scan --bus socketcan://eth0/can0",
+            "write its name alone, as in socketcan://can0",
+        ),
         ("sim --nodes 0", "there is no node 0; node IDs are 1 to 127"),
         ("sim --nodes 1-128", "there is no node 128"),
         ("sim --nodes 3-1", "the range 3-1 runs backwards; write 1-3"),

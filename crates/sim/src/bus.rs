@@ -112,7 +112,7 @@ impl Bus {
     }
 
     /// An outside program sends a frame now. It goes onto the wire when it wins arbitration. Call
-    /// [`Bus::run_until`] with the present time before each call, as [`crate::replay`] does: of
+    /// [`Bus::run_until`] with the present time before each call, as [`crate::replay()`] does: of
     /// frames sent at one instant the first then takes a free wire, also in a replay.
     ///
     /// How often it goes onto the wire: once, unless the bus is disturbed.

@@ -5,7 +5,7 @@ use canopen::nmt::Reset;
 use canopen::{Abort, Instant, NodeId, store};
 use control::io::Duty;
 use control::{Feedback, Real as _};
-use drive::{Drive, Hardware, Health, PwmTiming, Request};
+use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
 use personalities::Personality;
 use plant::{Parameters, Plant};
 
@@ -78,6 +78,13 @@ impl Extremes {
 
 type Core = Drive<Box<[u8]>>;
 
+/// What is written into the flash when its time has passed.
+#[derive(Clone, Copy, Debug)]
+enum Storing {
+    Save(store::Request),
+    Restore(store::Request),
+}
+
 /// A drive on a simulated bus.
 #[derive(Debug)]
 pub struct VirtualDrive {
@@ -101,7 +108,7 @@ pub struct VirtualDrive {
     /// No received frame is handled before.
     stalled_until: Instant,
     pub(crate) boots_at: Instant,
-    storing: Option<(store::Request, Instant)>,
+    storing: Option<(Storing, Instant)>,
     timing: PwmTiming,
     control_at: Instant,
     /// What `control_at` leaves out: this over the PWM frequency, ns. So no rounding adds up.
@@ -278,8 +285,11 @@ impl VirtualDrive {
 
     /// When [`VirtualDrive::poll`] must be called next.
     pub(crate) fn next_poll(&self) -> Instant {
-        let mut next = self.service_at.min(self.boots_at);
-        next = next.min(self.station.next_deadline());
+        let mut next = self
+            .service_at
+            .min(self.boots_at)
+            .min(self.store.next_work())
+            .min(self.station.next_deadline());
         if let Some(core) = &self.core {
             next = next.min(core.next_deadline());
         }
@@ -311,7 +321,7 @@ impl VirtualDrive {
                 && !self.takes_lss(&frame, now)
                 && let Some(core) = &mut self.core
             {
-                core.receive(&frame, now);
+                core.receive(&frame, now, self.store.at(now));
             }
             self.service_at = if self.controller.has_received() {
                 now.plus_ns(self.latency.next_ns())
@@ -322,8 +332,9 @@ impl VirtualDrive {
         if let Some(core) = &mut self.core
             && now >= core.next_deadline()
         {
-            core.poll(now);
+            core.poll(now, self.store.at(now));
         }
+        self.store.work(now);
         if let Some((request, at)) = self.storing
             && now >= at
         {
@@ -354,7 +365,7 @@ impl VirtualDrive {
         }
         let Some(core) = &mut self.core else { return };
         while self.controller.has_free_mailbox() {
-            match core.transmit() {
+            match core.transmit(&mut self.store) {
                 Some(frame) => self.controller.post(frame),
                 None => break,
             }
@@ -366,18 +377,27 @@ impl VirtualDrive {
         while let Some(request) = self.core.as_mut().and_then(Drive::take_request) {
             match request {
                 Request::Store(request) => {
-                    self.storing = Some((request, now.plus_ns(self.latency.store_ns())));
+                    let done = now.plus_ns(self.latency.store_ns());
+                    self.storing = Some((Storing::Save(request), done));
+                }
+                Request::Restore(request) => {
+                    let done = now.plus_ns(self.latency.store_ns());
+                    self.storing = Some((Storing::Restore(request), done));
                 }
                 Request::Reset(Reset::Communication) => {
                     self.controller.clear();
                     self.service_at = Instant::NEVER;
-                    let node = self.station.reset_communication();
-                    if node == self.node {
-                        if let Some(core) = &mut self.core {
-                            core.reset_communication(self.store.bytes(), now);
+                    self.node = self.station.reset_communication();
+                    self.store.abort_program();
+                    match (self.node, &mut self.core) {
+                        (Some(node), Some(core)) => {
+                            core.reset_communication(self.store.bytes(), node, now);
                         }
-                    } else {
-                        self.change_node(now);
+                        // LSS has taken its node ID away: it answers nothing else any more.
+                        _ => {
+                            self.core = None;
+                            self.storing = None;
+                        }
                     }
                 }
                 Request::Reset(Reset::Node) => {
@@ -393,21 +413,15 @@ impl VirtualDrive {
         }
     }
 
-    /// Goes on with the node ID that LSS has made active, or without one.
-    fn change_node(&mut self, now: Instant) {
-        self.core = None;
-        self.storing = None;
-        self.node = self.station.node();
-        if self.node.is_some() {
-            self.boots_at = now.plus_ns(self.latency.boot_ns());
-        }
-    }
-
     fn boot(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         let hardware = Hardware {
             scales: self.plant.parameters().scales,
             duty_margin: 0.0,
         };
+        if self.store.fell_back() {
+            let kept = self.store.set_aside();
+            notice(NoticeKind::StoreFellBack { kept });
+        }
         if !self.station.is_on() {
             let bit_rate = self.station.power_on(self.store.bytes());
             self.controller.tune(bit_rate, now);
@@ -419,9 +433,8 @@ impl VirtualDrive {
         };
         let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
         let health = core::mem::take(&mut self.health);
-        if self.store.fell_back() {
-            let kept = self.store.set_aside();
-            notice(NoticeKind::StoreFellBack { kept });
+        if let Err(error) = self.store.start_programs(self.personality) {
+            notice(NoticeKind::CannotStore(error));
         }
         let made = Drive::new(
             self.personality,
@@ -456,15 +469,15 @@ impl VirtualDrive {
         }
     }
 
-    fn store(
-        &mut self,
-        request: store::Request,
-        now: Instant,
-        notice: &mut impl FnMut(NoticeKind),
-    ) {
+    fn store(&mut self, request: Storing, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         let Some(core) = &mut self.core else { return };
         let mut bytes = vec![0; self.store.capacity()];
-        let result = match core.stored(request, self.store.bytes(), &mut bytes) {
+        let old = self.store.bytes();
+        let made = match request {
+            Storing::Save(request) => core.stored(request, old, &mut bytes),
+            Storing::Restore(request) => core.restored(request, old, &mut bytes),
+        };
+        let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
                 self.store.replace(bytes).map_err(|error| {

@@ -1,6 +1,7 @@
-//! A run written down so that it can be repeated: the log, and beside it the causes.
+//! A run written down so that it can be repeated: the recording, and beside it the causes.
 //!
-//! The log (`FILE`) is candump's format and holds every frame. The run file (`FILE.run`) holds what
+//! The recording (`FILE`) holds every frame, in the format that its ending tells
+//! ([`bus::recording`]); a replay is compared with candump's. The run file (`FILE.run`) holds what
 //! the frames follow from: seed, drives, what they had stored, and each outside frame with the
 //! nanosecond at which it was handed to the bus. Its lines:
 //!
@@ -22,23 +23,25 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use bus::recording::candump::{self, Content, Reader, write_line};
-use can::{BitRate, Frame, UnknownBitRate};
+use bus::recording::{Content, Direction, Recorder};
+use can::{BitRate, Frame};
 use canopen::Instant;
 use personalities::Personality;
 
-use crate::disturbance::{Disturbance, NoShare, Share};
+use crate::disturbance::Disturbance;
 use crate::flash_file::FlashFile;
-use crate::medium::Traffic;
-use crate::place::{NoPlace, Place};
-use crate::{Bus, BusSettings, DriveSettings};
+use crate::medium::{Sender, Traffic};
+use crate::notice::Notice;
+use crate::place::Place;
+use crate::probe::ProbeSample;
+use crate::{BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
-const CHANNEL: &str = "can0";
-const FIRST_LINE: &str = "servobus run 1";
+pub(crate) const CHANNEL: &str = "can0";
+pub(crate) const FIRST_LINE: &str = "servobus run 1";
 
 /// An outside frame and when it was handed to the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +98,7 @@ impl RunHeader {
         }
     }
 
-    fn settings(&self) -> BusSettings {
+    pub(crate) fn settings(&self) -> BusSettings {
         let drives = self
             .drives
             .iter()
@@ -117,36 +120,29 @@ impl RunHeader {
     }
 }
 
-/// Something that happens to a run from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Cause {
-    Frame { client: u32, frame: Frame },
-    Block { place: Place, blocked: bool },
-    End,
-}
-
 /// Writes a run down while it happens.
 #[derive(Debug)]
 pub struct Recording {
-    log: BufWriter<File>,
+    log: Recorder,
     run: BufWriter<File>,
     frames: u64,
 }
 
 /// The name of the file with the causes of the run that `log` shows.
-fn run_path(log: &Path) -> PathBuf {
+pub(crate) fn run_path(log: &Path) -> PathBuf {
     let mut path = log.to_owned().into_os_string();
     path.push(".run");
     PathBuf::from(path)
 }
 
 impl Recording {
-    /// Begins the log `path` and its run file; existing ones are replaced.
+    /// Begins the recording `path`, in the format that its ending tells, and its run file; existing
+    /// ones are replaced.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Those of the file system, and an ending that tells no format.
     pub fn create(path: &Path, header: &RunHeader) -> io::Result<Recording> {
-        let log = BufWriter::new(File::create(path)?);
+        let log = Recorder::create(path, CHANNEL)?;
         let mut run = BufWriter::new(File::create(run_path(path))?);
         writeln!(run, "{FIRST_LINE}")?;
         writeln!(run, "seed {}", header.seed)?;
@@ -178,7 +174,36 @@ impl Recording {
     /// Those of the file system.
     pub fn frame(&mut self, traffic: &Traffic) -> io::Result<()> {
         self.frames += 1;
-        write_line(&mut self.log, traffic.at.0, CHANNEL, &traffic.frame)
+        write_frame(&mut self.log, traffic)
+    }
+
+    /// There is something that people should know of.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn notice(&mut self, notice: &Notice) -> io::Result<()> {
+        self.log.note(notice.at.0, &notice.to_string())
+    }
+
+    /// Whether samples are kept ([`Recording::sample`]): so in MCAP only.
+    pub fn takes_samples(&self) -> bool {
+        self.log.takes_signals()
+    }
+
+    /// What a probe saw, as signals of `drive/PLACE`.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn sample(&mut self, sample: &ProbeSample) -> io::Result<()> {
+        let values = [
+            ("position_turns", sample.position_turns),
+            ("speed_rad_s", f64::from(sample.speed_rad_s)),
+            ("current_a", f64::from(sample.current_a)),
+            ("demand_counts", f64::from(sample.demand_counts)),
+            ("position_counts", f64::from(sample.position_counts)),
+        ];
+        let source = format!("drive/{}", sample.place);
+        self.log.signals(sample.at.0, &source, &values)
     }
 
     /// An outside frame was handed to the bus.
@@ -206,7 +231,7 @@ impl Recording {
     pub fn finish(mut self, at: Instant) -> io::Result<u64> {
         writeln!(self.run, "end {}", seconds(at))?;
         self.run.flush()?;
-        self.log.flush()?;
+        self.log.finish(at.0)?;
         Ok(self.frames)
     }
 
@@ -220,336 +245,28 @@ impl Recording {
     }
 }
 
-fn seconds(at: Instant) -> String {
-    format!("{}.{:09}", at.0 / 1_000_000_000, at.0 % 1_000_000_000)
-}
-
-/// Why a recorded run cannot be repeated.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// A file cannot be read.
-    #[error("{}: {source}{hint}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-        /// What to do about it.
-        hint: &'static str,
-    },
-    /// A line makes no sense.
-    #[error("{}:{line}:{column}: {what}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// Counted from 1.
-        line: usize,
-        /// Counted from 1.
-        column: usize,
-        /// What is wrong there, and what is expected.
-        what: String,
-    },
-    /// What was read cannot be written on.
-    #[error("cannot write the replayed log: {0}")]
-    Write(io::Error),
-}
-
-/// A run as it was recorded.
-#[derive(Debug)]
-struct Run {
-    header: RunHeader,
-    causes: Vec<(Instant, Cause)>,
-}
-
-/// What a replay was.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Replayed {
-    /// Frames written.
-    pub frames: u64,
-    /// Where the run ended.
-    pub end: Instant,
-    /// The run file has no end mark: the recording was cut off, and so is the replay, after the
-    /// last outside frame that it holds.
-    pub cut_off: bool,
-}
-
-/// Runs again what led to the log `path`, and writes the log that comes of it to `output`.
+/// Begins a recording of frames alone, without a run file: what a replay gives, in any format.
 ///
 /// # Errors
-/// [`ReadError`].
-pub fn replay(path: &Path, output: &mut impl Write) -> Result<Replayed, ReadError> {
-    let run = read_run(&run_path(path))?;
-    let mut bus = Bus::new(run.header.settings());
-    let mut replayed = Replayed {
-        frames: 0,
-        end: Instant::ZERO,
-        cut_off: true,
+/// Those of the file system, and an ending that tells no format.
+pub fn begin_frames(path: &Path) -> io::Result<Recorder> {
+    Recorder::create(path, CHANNEL)
+}
+
+/// Writes a frame that went over the bus.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_frame(log: &mut Recorder, traffic: &Traffic) -> io::Result<()> {
+    // Seen from the simulation, which its drives belong to.
+    let direction = match traffic.sender {
+        Sender::Drive(_) => Direction::Sent,
+        Sender::Outside(_) => Direction::Received,
     };
-    for (at, cause) in run.causes {
-        bus.run_until(at);
-        replayed.end = at;
-        write_traffic(&mut bus, output, &mut replayed.frames)?;
-        match cause {
-            Cause::Frame { client, frame } => {
-                bus.send(client, frame);
-            }
-            Cause::Block { place, blocked } => {
-                if let Some(drive) = bus.drive_at(place) {
-                    drive.plant().set_blocked(blocked);
-                }
-            }
-            Cause::End => replayed.cut_off = false,
-        }
-    }
-    output.flush().map_err(ReadError::Write)?;
-    Ok(replayed)
+    let content = Content::Frame(traffic.frame);
+    log.write(traffic.at.0, &content, Some(direction))
 }
 
-fn write_traffic(
-    bus: &mut Bus,
-    output: &mut impl Write,
-    frames: &mut u64,
-) -> Result<(), ReadError> {
-    for traffic in bus.take_traffic() {
-        write_line(output, traffic.at.0, CHANNEL, &traffic.frame).map_err(ReadError::Write)?;
-        *frames += 1;
-    }
-    Ok(())
-}
-
-fn read_run(path: &Path) -> Result<Run, ReadError> {
-    let fail = |source: io::Error| {
-        let hint = match source.kind() {
-            io::ErrorKind::NotFound => {
-                "; a log is replayed from the .run file that --record writes beside it: keep the \
-                 two together"
-            }
-            _ => "",
-        };
-        ReadError::Read {
-            path: path.to_owned(),
-            source,
-            hint,
-        }
-    };
-    let mut input = BufReader::new(File::open(path).map_err(fail)?);
-    let mut run = Run {
-        header: RunHeader {
-            seed: 0,
-            bit_rate: BitRate::Mbit1,
-            disturbance: Disturbance::default(),
-            drives: Vec::new(),
-            stored: Vec::new(),
-        },
-        causes: Vec::new(),
-    };
-    let mut lines = 0;
-    let mut line = Vec::new();
-    loop {
-        line.clear();
-        input.read_until(b'\n', &mut line).map_err(fail)?;
-        // A line without its end was being written when the recording was cut off.
-        let Some(line) = line.strip_suffix(b"\n") else {
-            break;
-        };
-        let wrong = |column: usize, what: String| ReadError::Line {
-            path: path.to_owned(),
-            line: lines + 1,
-            column,
-            what,
-        };
-        let line = std::str::from_utf8(line)
-            .map_err(|error| wrong(error.valid_up_to() + 1, "this is not text".to_owned()))?;
-        if lines == 0 {
-            if line != FIRST_LINE {
-                let what = format!("a run file begins with '{FIRST_LINE}'");
-                return Err(wrong(1, what));
-            }
-        } else if !line.is_empty() {
-            read_line(&mut run, line).map_err(|(column, what)| wrong(column, what))?;
-        }
-        lines += 1;
-    }
-    if lines == 0 || run.header.drives.is_empty() {
-        return Err(ReadError::Line {
-            path: path.to_owned(),
-            line: lines.max(1),
-            column: 1,
-            what: format!("a run file begins with '{FIRST_LINE}' and names its drives"),
-        });
-    }
-    Ok(run)
-}
-
-/// What is wrong, and at which column.
-type Wrong = (usize, String);
-
-fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
-    if line.starts_with('(') {
-        return read_injection(run, line);
-    }
-    let mut words = Words { line, at: 0 };
-    let (_, keyword) = words.next("a keyword")?;
-    match keyword {
-        "seed" => run.header.seed = words.number("the seed")?,
-        "bit-rate" => {
-            let (column, rate) = words.next("a bit rate")?;
-            let rate: Result<BitRate, UnknownBitRate> = rate.parse();
-            run.header.bit_rate = rate.map_err(|error| (column, error.to_string()))?;
-        }
-        "lose" => run.header.disturbance.lose = words.share()?,
-        "duplicate" => run.header.disturbance.duplicate = words.share()?,
-        "drive" => {
-            let at = words.at;
-            let place = words.place()?;
-            if run.header.drives.iter().any(|(other, _)| *other == place) {
-                return Err((at + 2, format!("drive {place} is there twice")));
-            }
-            let (column, name) = words.next("the kind of drive")?;
-            let personality = personalities::by_name(name)
-                .ok_or_else(|| (column, format!("no drive is called '{name}'")))?;
-            run.header.drives.push((place, personality));
-        }
-        "stored" => {
-            let place = words.place()?;
-            let (column, hex) = words.next("the stored bytes")?;
-            let bytes = from_hex(hex).ok_or_else(|| {
-                (
-                    column,
-                    "pairs of hexadecimal digits are expected".to_owned(),
-                )
-            })?;
-            run.header.stored.push(StoredBefore { place, bytes });
-        }
-        "block" => {
-            let place = words.place()?;
-            let (column, state) = words.next("on or off")?;
-            let blocked = match state {
-                "on" => true,
-                "off" => false,
-                _ => return Err((column, "on or off is expected".to_owned())),
-            };
-            let at = words.time()?;
-            push(run, at, Cause::Block { place, blocked })?;
-        }
-        "end" => {
-            let at = words.time()?;
-            push(run, at, Cause::End)?;
-        }
-        _ => {
-            let what = format!(
-                "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
-                 stored, block, end, or a frame '(seconds) client1 181#00'"
-            );
-            return Err((1, what));
-        }
-    }
-    words.nothing_more()
-}
-
-fn read_injection(run: &mut Run, line: &str) -> Result<(), Wrong> {
-    let record = match Reader::new(line.as_bytes()).next() {
-        Some(Ok(record)) => record,
-        Some(Err(candump::ReadError::Line { column, wrong, .. })) => {
-            return Err((column, wrong.to_string()));
-        }
-        _ => return Err((1, "a frame is expected".to_owned())),
-    };
-    let client = record
-        .channel
-        .strip_prefix("client")
-        .and_then(|n| n.parse().ok());
-    let (Some(client), Content::Frame(frame)) = (client, record.content) else {
-        let what =
-            "a frame of an outside program is expected, like '(0.500000000) client1 000#8100'";
-        return Err((1, what.to_owned()));
-    };
-    push(
-        run,
-        Instant(record.stamp_ns),
-        Cause::Frame { client, frame },
-    )
-}
-
-fn push(run: &mut Run, at: Instant, cause: Cause) -> Result<(), Wrong> {
-    if run.causes.last().is_some_and(|(last, _)| *last > at) {
-        return Err((1, "this is earlier than the line before".to_owned()));
-    }
-    run.causes.push((at, cause));
-    Ok(())
-}
-
-fn from_hex(text: &str) -> Option<Vec<u8>> {
-    let digits = text.as_bytes();
-    if !digits.len().is_multiple_of(2) {
-        return None;
-    }
-    digits
-        .chunks(2)
-        .map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok())
-        .collect()
-}
-
-/// The words of a line and where they begin.
-struct Words<'a> {
-    line: &'a str,
-    at: usize,
-}
-
-impl<'a> Words<'a> {
-    fn next(&mut self, what: &str) -> Result<(usize, &'a str), Wrong> {
-        let rest = &self.line[self.at..];
-        let start = self.at + (rest.len() - rest.trim_start_matches(' ').len());
-        let word = self.line[start..].split(' ').next().unwrap_or("");
-        self.at = start + word.len();
-        if word.is_empty() {
-            return Err((start + 1, format!("{what} is expected here")));
-        }
-        Ok((start + 1, word))
-    }
-
-    fn number(&mut self, what: &str) -> Result<u64, Wrong> {
-        let (column, word) = self.next(what)?;
-        word.parse()
-            .map_err(|_| (column, format!("{what} is expected, a whole number")))
-    }
-
-    fn place(&mut self) -> Result<Place, Wrong> {
-        let (column, word) = self.next("a node ID")?;
-        word.parse()
-            .map_err(|error: NoPlace| (column, error.to_string()))
-    }
-
-    fn share(&mut self) -> Result<Share, Wrong> {
-        let (column, word) = self.next("a share of the frames")?;
-        word.parse()
-            .map_err(|error: NoShare| (column, error.to_string()))
-    }
-
-    fn time(&mut self) -> Result<Instant, Wrong> {
-        let (column, word) = self.next("a time in seconds")?;
-        let read = || {
-            let (whole, fraction) = word.split_once('.')?;
-            let whole: u64 = whole.parse().ok()?;
-            let fraction: u64 = (fraction.len() == 9).then(|| fraction.parse().ok())??;
-            Some(Instant(
-                whole.checked_mul(1_000_000_000)?.checked_add(fraction)?,
-            ))
-        };
-        read().ok_or_else(|| {
-            let what = "a time in seconds with nine digits is expected, like 0.020000000";
-            (column, what.to_owned())
-        })
-    }
-
-    fn nothing_more(&mut self) -> Result<(), Wrong> {
-        let rest = self.line[self.at..].trim_start_matches(' ');
-        if rest.is_empty() {
-            return Ok(());
-        }
-        Err((
-            self.at + 2,
-            format!("nothing is expected here, found '{rest}'"),
-        ))
-    }
+fn seconds(at: Instant) -> String {
+    format!("{}.{:09}", at.0 / 1_000_000_000, at.0 % 1_000_000_000)
 }

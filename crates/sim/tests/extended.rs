@@ -288,7 +288,7 @@ fn errors_without_an_object_in_the_manual_have_one() {
     master.enable();
     master.write(0x607A, 0, 6000);
     master.write(0x6040, 0, RUN | 0x10);
-    assert_eq!(master.wait_ms(20), []);
+    assert_eq!(master.wait_ms(20), [0u16; 0]);
     master.write(0x2410, 9, 1);
     assert_eq!(master.wait_ms(20), [0x7383]);
     assert!(master.status().warning());
@@ -316,16 +316,16 @@ fn a_position_that_wraps_is_a_fault_if_wanted() {
         master.enable();
         // Another name for the position is no motion.
         master.write(0x6064, 0, i64::from(i32::MIN) + 5_000);
-        assert_eq!(master.wait_ms(20), []);
+        assert_eq!(master.wait_ms(20), [0u16; 0]);
         master.write(0x6064, 0, i64::from(i32::MAX) - 5_000);
-        assert_eq!(master.wait_ms(20), [], "renamed");
+        assert_eq!(master.wait_ms(20), [0u16; 0], "renamed");
         master.write(0x60FF, 0, 100_000);
         let codes = master.wait_ms(200);
         if wanted == 1 {
             assert_eq!(codes, [0x73A0]);
             assert_eq!(master.status().state(), Some(State::Fault));
         } else {
-            assert_eq!(codes, []);
+            assert_eq!(codes, [0u16; 0]);
             assert!(master.read(0x6064, 0) < 0, "it has wrapped");
         }
     }

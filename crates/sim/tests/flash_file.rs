@@ -45,7 +45,7 @@ fn what_was_saved_is_there_in_the_next_run() {
     let folder = folder("saved");
     let file = folder.join("p3-node7.flash");
     let mut flash = open(&folder);
-    assert_eq!(flash.bytes(), []);
+    assert_eq!(flash.bytes(), [0u8; 0]);
     assert!(!file.exists(), "no file before the first save");
     for value in 0..5 {
         flash.replace(set(value)).unwrap();
@@ -115,7 +115,7 @@ fn parameters_of_the_form_before_are_taken_over_once() {
         b"damaged"
     );
     flash.set_aside().unwrap();
-    assert_eq!(open(&folder).bytes(), []);
+    assert_eq!(open(&folder).bytes(), [0u8; 0]);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn damage_to_all_there_is_is_told_and_leaves_the_programs() {
         assert_eq!(aside, folder.join(format!("p3-node7.flash.{ending}")));
         assert_eq!(fs::read(&aside).unwrap(), damaged);
         let mut flash = open(&folder);
-        assert_eq!(flash.bytes(), []);
+        assert_eq!(flash.bytes(), [0u8; 0]);
         let programs = flash.programs(1, &image(4)).unwrap();
         assert_eq!(programs.identification(), identification);
     }
@@ -183,7 +183,7 @@ fn other_files() {
         let mut flash = open(&folder);
         assert!(flash.is_damaged());
         flash.set_aside().unwrap();
-        assert_eq!(open(&folder).bytes(), []);
+        assert_eq!(open(&folder).bytes(), [0u8; 0]);
         flash.replace(set(1)).unwrap();
         assert_eq!(open(&folder).bytes(), set(1));
     }

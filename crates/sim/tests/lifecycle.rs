@@ -169,12 +169,8 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         std::fs::write(&file, &damaged).unwrap();
         let mut master = Master::with(settings());
         assert_eq!(std::fs::read(&aside).unwrap(), damaged);
-        assert_eq!(
-            FlashFile::file(&folder, "p3", Place::of_node(id(1)))
-                .unwrap()
-                .bytes(),
-            []
-        );
+        let store = FlashFile::file(&folder, "p3", Place::of_node(id(1))).unwrap();
+        assert_eq!(store.bytes(), [0u8; 0]);
         let notices = master.bus.take_notices();
         let [notice] = notices.as_slice() else {
             panic!("{notices:?}")

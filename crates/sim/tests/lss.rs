@@ -80,7 +80,7 @@ fn identity(serial: u32) -> Identity {
     Identity {
         vendor: 0x408,
         product: 0x5033,
-        revision: 0x0001_0000,
+        revision: 0x0002_0000,
         serial,
     }
 }
@@ -165,9 +165,16 @@ fn a_node_id_is_pending_until_its_communication_is_reset() {
     };
     set(&mut master, Some(6), false);
     assert_eq!(serial_of(&mut master, 5), Some(serial));
+    let deceleration = Address::new(0x6084, 0);
+    let value = Value::Integer(123_456);
+    let bytes = value.encode(DataType::U32).unwrap();
+    block_on(master.download(id(5), deceleration, bytes)).unwrap();
     reset(&mut master, Command::ResetCommunication, 5);
     assert_eq!(serial_of(&mut master, 5), None);
     assert_eq!(serial_of(&mut master, 6), Some(serial));
+    // Communication has started over, and nothing else.
+    let kept = block_on(master.read(id(6), deceleration, DataType::U32)).unwrap();
+    assert_eq!(kept, value);
     // It was not stored: a reset of the node brings the old one back.
     reset(&mut master, Command::ResetNode, 6);
     assert_eq!(serial_of(&mut master, 5), Some(serial));
@@ -387,7 +394,7 @@ fn the_answer_to_a_store_comes_after_the_flash_is_written() {
     }
     let asked = bus.now();
     bus.run_until(asked.plus_ms(5));
-    assert_eq!(bus.drives()[0].stored(), []);
+    assert!(bus.drives()[0].stored().is_empty());
     bus.run_until(asked.plus_ms(8));
     let answers: Vec<[u8; 8]> = bus
         .take_traffic()

@@ -32,6 +32,11 @@ pub(crate) fn run(workspace: &Workspace, target: &str, runs: u64) -> StepResult 
     cargo.arg(findings);
     cargo.arg(format!("corpus/{target}"));
     cargo.args(["-max_len=512", "-print_final_stats=1"]);
+    // Words that the target's inputs are made of, where random bytes would never hit them.
+    let words = format!("dictionaries/{target}.txt");
+    if directory.join(&words).is_file() {
+        cargo.arg(format!("-dict={words}"));
+    }
     if runs > 0 {
         cargo.arg(format!("-runs={runs}"));
     }

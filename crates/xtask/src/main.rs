@@ -1,7 +1,7 @@
 //! `cargo xtask`: every chore that a developer or a CI machine runs.
 //!
 //! `cargo xtask test` is all that CI runs. Each of its steps is a file here: [`mod@format`], [`lint`],
-//! [`rust_tests`], [`docs`], [`transcripts`], [`outside`], [`dissect`], [`thumb`]. A step that needs
+//! [`rust_tests`], [`docs`], [`transcripts`], [`outside`], [`dissect`], [`mod@vm`], [`thumb`]. A step that needs
 //! something installs it, if it can do so without harm, and says so: Python packages into a virtual
 //! environment under `target/`, Debian packages with apt where this runs as root, a Rust target
 //! with rustup. What cannot be done on a machine is named in the table at the end, and fails only
@@ -22,6 +22,7 @@ mod rust_tests;
 mod step;
 mod thumb;
 mod transcripts;
+mod vm;
 mod workspace;
 
 use std::path::PathBuf;
@@ -67,6 +68,8 @@ enum Chore {
         #[arg(long, default_value_t = 1_000_000, value_name = "N")]
         runs: u64,
     },
+    /// Tests against the CAN of a real Linux kernel, in a virtual machine (QEMU)
+    Vm,
     /// Builds the no_std crates for a Cortex-M4F, thumbv7em-none-eabihf
     Thumb {
         /// Where the target's core library comes from
@@ -113,6 +116,11 @@ const STEPS: &[Step] = &[
         run: dissect::run,
     },
     Step {
+        name: "vm",
+        what: "real CAN interfaces, in a virtual machine",
+        run: vm::run,
+    },
+    Step {
         name: "thumb",
         what: "the no_std crates for thumbv7em-none-eabihf",
         run: thumb::run,
@@ -144,6 +152,7 @@ fn main() -> ExitCode {
         Chore::Test { .. } => return step::run_all(&chosen, &workspace, strict),
         Chore::Bench { json } => bench::run(&workspace, json.as_deref()),
         Chore::Fuzz { target, runs } => fuzz::run(&workspace, &target, runs),
+        Chore::Vm => vm::run(&workspace),
         Chore::Thumb { source } => thumb::build(&workspace, source),
     };
     match Outcome::from(outcome) {

@@ -1,5 +1,6 @@
 //! The outside test: software that we did not write drives the virtual drives.
 
+use std::path::Path;
 use std::process::Command;
 
 use crate::command::run as run_command;
@@ -38,17 +39,22 @@ pub(crate) fn pytest_counts(workspace: &Workspace, pytest: &mut Command) -> Step
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("PYTHONUNBUFFERED", "1");
     let ended = run_command(pytest)?;
-    let summary = ended
-        .output
-        .lines()
-        .rev()
-        .find(|line| line.contains(" in "));
+    judge_pytest(&ended.output, ended.status.success(), &kept)
+}
+
+/// What pytest's last line says: `12 passed in 3.45s`. A test that was skipped is no success.
+///
+/// # Errors
+/// [`Trouble::Failed`], with where to look.
+pub(crate) fn judge_pytest(output: &str, success: bool, kept: &Path) -> StepResult {
+    let summary = output.lines().rev().find(|line| line.contains(" in "));
     let summary = summary
         .unwrap_or_default()
         .trim_matches(['=', ' '])
         .to_owned();
-    if ended.status.success() && number_before(&summary, " passed") > 0 {
-        // `12 passed in 3.45s`: the table tells the time itself.
+    let all = number_before(&summary, " passed") > 0 && number_before(&summary, " skipped") == 0;
+    if success && all {
+        // The table tells the time itself.
         let counts = summary
             .split_once(" in ")
             .map_or(&*summary, |(counts, _)| counts);

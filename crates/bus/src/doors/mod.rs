@@ -1,4 +1,5 @@
-//! Doors in the wall of a simulated bus, through which outside programs come in by TCP.
+//! Doors in the wall of a simulated bus, through which outside programs come in: by TCP, or at a CAN
+//! interface of this machine.
 //!
 //! The simulation owns a [`Doors`] and calls it from its own thread, never waiting unless it asks
 //! to. Behind it a thread of its own keeps the sockets. What passes between the two:
@@ -20,9 +21,17 @@
 //! **A client that connects and does not join** holds one of the seats that all doors share, so it
 //! is dropped after a while and told why.
 //!
+//! **A CAN interface** of this machine is one client, whoever is behind it, from the beginning: what
+//! it hears gets onto the bus, what goes over the bus is sent by it, and what it brought itself does
+//! not go back. An interface cannot be slowed down, so far more of its frames are held. It leaves
+//! when it goes down and joins again when it is up.
+//!
 //! **Clients are told what they did wrong**: `< error … >` by socketcand, BEL by slcan. Where the
 //! stream cannot be trusted any more they are dropped, too.
 
+mod event;
+mod interface;
+mod listen;
 mod outbox;
 mod roster;
 mod seats;
@@ -30,29 +39,19 @@ mod serve;
 mod slcan;
 mod socketcand;
 
+pub use event::{ClientId, Event, LeaveReason, Peer, Trouble};
+pub use listen::OpenError;
+
 use crate::{Endpoint, Protocol};
 use can::Frame;
 use outbox::Outbox;
 use roster::{Happening, Roster};
 use seats::{Seat, Seats};
 use std::collections::VecDeque;
-use std::fmt;
-use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::watch;
-
-/// One stay of a client on the bus. Never used twice: whoever joins again gets a new one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ClientId(u32);
-
-impl fmt::Display for ClientId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "client {}", self.0)
-    }
-}
 
 /// How doors are opened.
 #[derive(Clone, Debug)]
@@ -66,7 +65,8 @@ pub struct Options {
     /// Frames of one client held beyond its credit, before its socket is no longer read.
     /// Default: 64.
     pub held_frames: usize,
-    /// Frames waiting to be sent to one client, before it is dropped. Default: 65 536.
+    /// Frames waiting to be sent to one client, before it is dropped; also frames of an interface
+    /// held beyond its credit. Default: 65 536.
     pub outbox_frames: usize,
     /// Clients at one time, all doors together: who has only connected counts, and so does who
     /// has gone, until its [`Event::Left`] is taken. Default: 64.
@@ -92,136 +92,6 @@ impl Default for Options {
     }
 }
 
-/// What happened at the doors.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// A client is on the bus: in raw mode (socketcand), with its channel open (slcan).
-    Joined {
-        /// Who.
-        client: ClientId,
-        /// Through which door, counted as in [`Doors::addresses`].
-        door: usize,
-        /// From where.
-        peer: SocketAddr,
-        /// It will not send (slcan `L`).
-        listen_only: bool,
-        /// The bit rate it asked for, in bits per second. TCP has none, so it joined in any case;
-        /// on a real bus with another rate it would have disturbed everyone: worth a warning.
-        bit_rate: Option<u32>,
-    },
-    /// A client sends this frame. It has used up one unit of its credit, see [`Doors::grant`].
-    Frame {
-        /// Who.
-        client: ClientId,
-        /// What.
-        frame: Frame,
-    },
-    /// A client is no longer on the bus. All its frames have come before.
-    Left {
-        /// Who.
-        client: ClientId,
-        /// Why.
-        reason: LeaveReason,
-    },
-    /// Somebody connected and was dropped before being on the bus.
-    Refused {
-        /// At which door, counted as in [`Doors::addresses`].
-        door: usize,
-        /// From where.
-        peer: SocketAddr,
-        /// Why.
-        reason: LeaveReason,
-    },
-}
-
-/// Why a client is no longer on the bus.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LeaveReason {
-    /// It closed the connection.
-    #[error("it disconnected")]
-    Disconnected,
-    /// It closed its channel (slcan `C`) and may join again.
-    #[error("it closed its channel")]
-    ChannelClosed,
-    /// It did not read what was sent to it.
-    #[error("it read too slowly: {waiting} frames were waiting for it")]
-    TooSlow {
-        /// Frames that were waiting and are lost with it.
-        waiting: usize,
-    },
-    /// What it sent makes no sense.
-    #[error("it does not keep to the protocol: {0}")]
-    Protocol(String),
-    /// The connection broke.
-    #[error("the connection broke: {0}")]
-    Broken(ErrorKind),
-    /// There are as many clients as may be.
-    #[error("{0} clients are connected already, which is all there may be")]
-    Crowded(usize),
-    /// It connected, but was not on the bus when this time was over: [`Options::handshake`].
-    #[error("it did not join the bus within {0:?}")]
-    Late(Duration),
-    /// The doors are being closed.
-    #[error("the bus is closing")]
-    Closing,
-}
-
-/// Why doors could not be opened. None is open then.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OpenError {
-    /// The address can be reached by other machines, and nobody asked for that.
-    #[error(
-        "{endpoint} could be reached by other machines, and whoever reaches it is on the bus: \
-         listen on 127.0.0.1, or allow it by --expose"
-    )]
-    Public {
-        /// The endpoint asked for.
-        endpoint: Endpoint,
-    },
-    /// The host name means nothing here.
-    #[error("cannot listen on {endpoint}: no address belongs to '{host}' ({source}); use 127.0.0.1",
-        host = endpoint.host())]
-    Unresolved {
-        /// The endpoint asked for.
-        endpoint: Endpoint,
-        /// What the resolver says.
-        source: io::Error,
-    },
-    /// Another program listens there.
-    #[error(
-        "cannot listen on {endpoint}: the port is in use; end the program that uses it, or choose \
-         another port (0 takes a free one)"
-    )]
-    InUse {
-        /// The endpoint asked for.
-        endpoint: Endpoint,
-    },
-    /// The system refuses for another reason.
-    #[error("cannot listen on {endpoint}: {source}; {hint}", hint = hint(source))]
-    Listen {
-        /// The endpoint asked for.
-        endpoint: Endpoint,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The thread that keeps the sockets could not be started.
-    #[error("cannot start the thread for the bus's connections: {source}; are there too many?")]
-    Thread {
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
-fn hint(error: &io::Error) -> &'static str {
-    match error.kind() {
-        ErrorKind::PermissionDenied => "choose a port from 1024 upwards",
-        ErrorKind::AddrNotAvailable => "use an address of this machine",
-        _ => "choose another address",
-    }
-}
-
 /// The open doors of one simulated bus. Closed, with what is still waiting sent, when dropped.
 #[derive(Debug)]
 pub struct Doors {
@@ -239,21 +109,23 @@ impl Doors {
     /// # Errors
     /// The first endpoint that cannot be listened on, with what to do about it.
     pub fn open(endpoints: &[Endpoint], options: &Options) -> Result<Doors, OpenError> {
-        let mut addresses = Vec::new();
-        let mut listeners = Vec::new();
-        for endpoint in endpoints {
-            let (listener, port) = listen(endpoint, options)?;
-            addresses.push(endpoint.with_port(port));
-            listeners.push((listener, endpoint.clone()));
-        }
-        let roster = Arc::new(Roster::new(options));
-        let (closing, closed) = watch::channel(false);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .enable_time()
             .build()
             .map_err(|source| OpenError::Thread { source })?;
-        let work = serve::keep(listeners, roster.clone(), options.clone(), closed);
+        let mut addresses = Vec::new();
+        let mut opened = Vec::new();
+        let entered = runtime.enter();
+        for endpoint in endpoints {
+            let (door, address) = listen::open(endpoint, options)?;
+            addresses.push(address);
+            opened.push((door, endpoint.clone()));
+        }
+        drop(entered);
+        let roster = Arc::new(Roster::new(options));
+        let (closing, closed) = watch::channel(false);
+        let work = serve::keep(opened, roster.clone(), options.clone(), closed);
         let thread = std::thread::Builder::new()
             .name("doors".to_owned())
             .spawn(move || runtime.block_on(work))
@@ -303,6 +175,7 @@ impl Doors {
                 Event::Left { client, reason }
             }
             Happening::Refused { door, peer, reason } => Event::Refused { door, peer, reason },
+            Happening::Trouble { door, trouble } => Event::Trouble { door, trouble },
         })
     }
 
@@ -347,48 +220,6 @@ impl Drop for Doors {
             let _ = thread.join();
         }
     }
-}
-
-/// Listens there; gives the socket and its port.
-fn listen(endpoint: &Endpoint, options: &Options) -> Result<(TcpListener, u16), OpenError> {
-    let public = || OpenError::Public {
-        endpoint: endpoint.clone(),
-    };
-    let mut addresses: Vec<SocketAddr> = (endpoint.host(), endpoint.port())
-        .to_socket_addrs()
-        .map_err(|source| OpenError::Unresolved {
-            endpoint: endpoint.clone(),
-            source,
-        })?
-        .collect();
-    if !options.public
-        && !addresses
-            .iter()
-            .all(|at| at.ip().to_canonical().is_loopback())
-    {
-        return Err(public());
-    }
-    // Several for a name: IPv4 first, which all clients can. Only one is tried, or a busy port
-    // would quietly move the door to another address.
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    let address = addresses.first().ok_or_else(|| OpenError::Unresolved {
-        endpoint: endpoint.clone(),
-        source: ErrorKind::NotFound.into(),
-    })?;
-    let listener = TcpListener::bind(address).and_then(|listener| {
-        listener.set_nonblocking(true)?;
-        let port = listener.local_addr()?.port();
-        Ok((listener, port))
-    });
-    listener.map_err(|source| match source.kind() {
-        ErrorKind::AddrInUse => OpenError::InUse {
-            endpoint: endpoint.clone(),
-        },
-        _ => OpenError::Listen {
-            endpoint: endpoint.clone(),
-            source,
-        },
-    })
 }
 
 /// What a message from a client asks for, and what it is answered once that is done.
@@ -443,7 +274,8 @@ impl Server {
     fn new(endpoint: &Endpoint) -> Server {
         match endpoint.protocol() {
             Protocol::Socketcand => Server::Socketcand(socketcand::Server::new(endpoint.channel())),
-            Protocol::Slcan => Server::Slcan(slcan::Server::default()),
+            // At an interface nobody is served, see `interface`.
+            Protocol::Slcan | Protocol::SocketCan => Server::Slcan(slcan::Server::default()),
         }
     }
 
@@ -460,7 +292,7 @@ impl Server {
 fn greeting(protocol: Protocol) -> Text {
     match protocol {
         Protocol::Socketcand => Text::Borrowed(b"< hi >"),
-        Protocol::Slcan => Text::Borrowed(b""),
+        Protocol::Slcan | Protocol::SocketCan => Text::Borrowed(b""),
     }
 }
 
@@ -470,6 +302,7 @@ fn farewell(protocol: Protocol, reason: &LeaveReason) -> Text {
         (_, LeaveReason::Disconnected | LeaveReason::Broken(_) | LeaveReason::Closing) => {
             Text::Borrowed(b"")
         }
+        (Protocol::SocketCan, _) => Text::Borrowed(b""),
         (Protocol::Slcan, _) => Text::Borrowed(&[can::slcan::REFUSED]),
         (Protocol::Socketcand, LeaveReason::Protocol(why)) => socketcand::error(why),
         (Protocol::Socketcand, LeaveReason::TooSlow { waiting }) => socketcand::error(&format!(
@@ -494,5 +327,6 @@ fn write_frame(
         Protocol::Socketcand if frame.is_remote() && !manner.remote => {}
         Protocol::Socketcand => crate::socketcand::write_received(text, stamp_ns, frame),
         Protocol::Slcan => slcan::write_frame(text, manner.timestamps, stamp_ns, frame),
+        Protocol::SocketCan => {}
     }
 }

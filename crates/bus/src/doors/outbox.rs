@@ -119,6 +119,11 @@ impl Outbox {
         self.writer.notify_one();
     }
 
+    /// An interface is on the bus: there is nobody to be answered first.
+    pub(super) fn open_at_once(&self) {
+        self.state().open = true;
+    }
+
     /// The client has left the bus: no more frames, not even those that wait.
     pub(super) fn close(&self) {
         let state = &mut *self.state();

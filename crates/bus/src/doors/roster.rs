@@ -1,15 +1,14 @@
 //! Who is on the bus, and what each of them is still owed: the part that the simulation's thread
 //! and the sockets' thread share.
 
-use super::{ClientId, LeaveReason, Options, Outbox, Seat};
+use super::{ClientId, LeaveReason, Options, Outbox, Peer, Seat, Trouble};
 use can::Frame;
 use std::collections::{HashMap, VecDeque};
-use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Refusals that may wait to be taken; more are not reported.
+/// Refusals and troubles that may wait to be taken; more are not reported.
 const REFUSALS: usize = 1_000;
 
 /// An event on its way to the simulation.
@@ -19,7 +18,7 @@ pub(super) enum Happening {
         client: ClientId,
         outbox: Arc<Outbox>,
         door: usize,
-        peer: SocketAddr,
+        peer: Peer,
         listen_only: bool,
         bit_rate: Option<u32>,
     },
@@ -33,9 +32,27 @@ pub(super) enum Happening {
     },
     Refused {
         door: usize,
-        peer: SocketAddr,
+        peer: Peer,
         reason: LeaveReason,
     },
+    Trouble {
+        door: usize,
+        trouble: Trouble,
+    },
+}
+
+/// Somebody who is about to join.
+#[derive(Debug)]
+pub(super) struct Newcomer<'a> {
+    pub(super) door: usize,
+    pub(super) peer: Peer,
+    pub(super) outbox: &'a Arc<Outbox>,
+    /// An interface needs none.
+    pub(super) seat: Option<Arc<Seat>>,
+    pub(super) listen_only: bool,
+    pub(super) bit_rate: Option<u32>,
+    /// Frames that may be held beyond its credit.
+    pub(super) held_frames: usize,
 }
 
 #[derive(Debug)]
@@ -45,7 +62,6 @@ pub(super) struct Roster {
     arrived: Condvar,
     /// Whether `state.happened` may hold something: spares the lock when it does not.
     pending: AtomicBool,
-    held_frames: usize,
     mailbox_frames: u32,
 }
 
@@ -64,10 +80,11 @@ struct State {
 struct Member {
     credit: u32,
     held: VecDeque<Frame>,
+    held_frames: usize,
     leaving: Option<LeaveReason>,
     outbox: Arc<Outbox>,
     /// Kept until the leaving is taken.
-    _seat: Arc<Seat>,
+    _seat: Option<Arc<Seat>>,
 }
 
 impl Roster {
@@ -76,7 +93,6 @@ impl Roster {
             state: Mutex::default(),
             arrived: Condvar::new(),
             pending: AtomicBool::new(false),
-            held_frames: options.held_frames.max(1),
             mailbox_frames: options.mailbox_frames,
         }
     }
@@ -92,33 +108,27 @@ impl Roster {
     }
 
     /// Puts a client on the bus.
-    pub(super) fn join(
-        &self,
-        outbox: &Arc<Outbox>,
-        seat: &Arc<Seat>,
-        (door, peer): (usize, SocketAddr),
-        listen_only: bool,
-        bit_rate: Option<u32>,
-    ) -> ClientId {
+    pub(super) fn join(&self, newcomer: Newcomer<'_>) -> ClientId {
         let state = &mut *self.state();
         state.joined += 1;
         let client = ClientId(state.joined);
-        let outbox = outbox.clone();
+        let outbox = newcomer.outbox.clone();
         let member = Member {
             credit: self.mailbox_frames,
             held: VecDeque::new(),
+            held_frames: newcomer.held_frames.max(1),
             leaving: None,
             outbox: outbox.clone(),
-            _seat: seat.clone(),
+            _seat: newcomer.seat,
         };
         state.members.insert(client, member);
         let joined = Happening::Joined {
             client,
             outbox,
-            door,
-            peer,
-            listen_only,
-            bit_rate,
+            door: newcomer.door,
+            peer: newcomer.peer,
+            listen_only: newcomer.listen_only,
+            bit_rate: newcomer.bit_rate,
         };
         self.happened(state, joined);
         client
@@ -133,7 +143,7 @@ impl Roster {
         if member.credit > 0 {
             member.credit -= 1;
             self.happened(state, Happening::Frame { client, frame });
-        } else if member.held.len() < self.held_frames {
+        } else if member.held.len() < member.held_frames {
             member.held.push_back(frame);
         } else {
             return false;
@@ -156,7 +166,7 @@ impl Roster {
         } else {
             None
         };
-        if free > 0 && member.held.len() <= self.held_frames / 2 {
+        if free > 0 && member.held.len() <= member.held_frames / 2 {
             member.outbox.wake_reader();
         }
         for frame in freed {
@@ -181,11 +191,20 @@ impl Roster {
     }
 
     /// Reports somebody who never got onto the bus.
-    pub(super) fn refuse(&self, (door, peer): (usize, SocketAddr), reason: LeaveReason) {
+    pub(super) fn refuse(&self, door: usize, peer: Peer, reason: LeaveReason) {
+        self.report(Happening::Refused { door, peer, reason });
+    }
+
+    /// Reports trouble of an interface.
+    pub(super) fn trouble(&self, door: usize, trouble: Trouble) {
+        self.report(Happening::Trouble { door, trouble });
+    }
+
+    fn report(&self, happening: Happening) {
         let state = &mut *self.state();
         if state.refusals < REFUSALS {
             state.refusals += 1;
-            self.happened(state, Happening::Refused { door, peer, reason });
+            self.happened(state, happening);
         }
     }
 

@@ -1,9 +1,11 @@
 //! The sockets' side, in a thread of its own: listening, and one conversation per client.
 
+use super::listen::Opened;
 use super::outbox::{Item, Next};
+use super::roster::Newcomer;
 use super::{
-    Action, ClientId, Effect, LeaveReason, Options, Outbox, Roster, Seat, Seats, Server, Text,
-    farewell, greeting, write_frame,
+    Action, ClientId, Effect, LeaveReason, Options, Outbox, Peer, Roster, Seat, Seats, Server,
+    Text, farewell, greeting, interface, write_frame,
 };
 use crate::{Endpoint, Protocol};
 use can::Frame;
@@ -24,38 +26,39 @@ const AFTER_JOIN: Duration = Duration::from_millis(100);
 
 /// Keeps all doors until they are closed.
 pub(super) async fn keep(
-    listeners: Vec<(TcpListener, Endpoint)>,
+    opened: Vec<(Opened, Endpoint)>,
     roster: Arc<Roster>,
     options: Options,
     closing: watch::Receiver<bool>,
 ) {
     let mut doors = JoinSet::new();
     let seats = Seats::new(options.clients);
-    for (door, (listener, endpoint)) in listeners.into_iter().enumerate() {
-        doors.spawn(attend(
-            listener,
-            Door {
-                door,
-                endpoint,
-                roster: roster.clone(),
-                seats: seats.clone(),
-                options: options.clone(),
-                closing: closing.clone(),
-            },
-        ));
+    for (number, (opened, endpoint)) in opened.into_iter().enumerate() {
+        let door = Door {
+            door: number,
+            endpoint,
+            roster: roster.clone(),
+            seats: seats.clone(),
+            options: options.clone(),
+            closing: closing.clone(),
+        };
+        match opened {
+            Opened::Listener(listener) => doors.spawn(attend(listener, door)),
+            Opened::Interface(opened) => doors.spawn(interface::attend(opened, door)),
+        };
     }
     while doors.join_next().await.is_some() {}
 }
 
 /// What all conversations at one door share; of this, all doors share the roster and the seats.
 #[derive(Clone)]
-struct Door {
-    door: usize,
-    endpoint: Endpoint,
-    roster: Arc<Roster>,
+pub(super) struct Door {
+    pub(super) door: usize,
+    pub(super) endpoint: Endpoint,
+    pub(super) roster: Arc<Roster>,
     seats: Arc<Seats>,
-    options: Options,
-    closing: watch::Receiver<bool>,
+    pub(super) options: Options,
+    pub(super) closing: watch::Receiver<bool>,
 }
 
 /// Lets clients in until the doors are closed, then waits for their conversations to end.
@@ -86,7 +89,7 @@ async fn attend(listener: TcpListener, door: Door) {
 }
 
 /// Until the doors are to be closed.
-async fn closed(closing: &mut watch::Receiver<bool>) {
+pub(super) async fn closed(closing: &mut watch::Receiver<bool>) {
     // An error means that the other side has gone without a word: closed as well.
     let _ = closing.wait_for(|closing| *closing).await;
 }
@@ -97,7 +100,7 @@ fn turn_away(stream: TcpStream, peer: SocketAddr, door: &Door, present: usize) {
     if let Ok(mut stream) = stream.into_std() {
         let _ = stream.write(&farewell(door.endpoint.protocol(), &reason));
     }
-    door.roster.refuse((door.door, peer), reason);
+    door.roster.refuse(door.door, Peer::Tcp(peer), reason);
 }
 
 /// One client, from its connecting to the closing of its socket.
@@ -115,6 +118,7 @@ async fn converse(stream: TcpStream, peer: SocketAddr, door: Door, seat: Arc<Sea
     let mut client = Client {
         server: Server::new(&door.endpoint),
         place: (door.door, peer),
+        held_frames: door.options.held_frames,
         roster: door.roster,
         outbox: outbox.clone(),
         seat,
@@ -131,7 +135,10 @@ async fn converse(stream: TcpStream, peer: SocketAddr, door: Door, seat: Arc<Sea
         // Who only looks in, like a port scanner or `nc -z`, is not worth a message.
         Stay::Outside if reason == LeaveReason::Disconnected => {}
         Stay::Outside | Stay::Off(_) if reason == LeaveReason::Closing => {}
-        Stay::Outside => client.roster.refuse(client.place, reason.clone()),
+        Stay::Outside => {
+            let (door, peer) = client.place;
+            client.roster.refuse(door, Peer::Tcp(peer), reason.clone());
+        }
         Stay::Off(_) => {}
     }
     outbox.finish(farewell(protocol, &reason));
@@ -166,6 +173,7 @@ enum Stay {
 struct Client {
     server: Server,
     place: (usize, SocketAddr),
+    held_frames: usize,
     roster: Arc<Roster>,
     outbox: Arc<Outbox>,
     seat: Arc<Seat>,
@@ -219,9 +227,16 @@ impl Client {
                 // The writer runs in this thread, so the client cannot read the answer before
                 // it is on the roster: whoever it tells comes after it.
                 self.outbox.open(action.answer, Instant::now() + AFTER_JOIN);
-                let id =
-                    self.roster
-                        .join(&self.outbox, &self.seat, self.place, listen_only, bit_rate);
+                let (door, peer) = self.place;
+                let id = self.roster.join(Newcomer {
+                    door,
+                    peer: Peer::Tcp(peer),
+                    outbox: &self.outbox,
+                    seat: Some(self.seat.clone()),
+                    listen_only,
+                    bit_rate,
+                    held_frames: self.held_frames,
+                });
                 self.stay = Stay::On(id);
                 self.joined.notify_one();
                 return Ok(());
@@ -322,7 +337,7 @@ async fn say(
     answer: Text,
 ) -> io::Result<()> {
     match protocol {
-        Protocol::Slcan => text.extend_from_slice(&answer),
+        Protocol::Slcan | Protocol::SocketCan => text.extend_from_slice(&answer),
         Protocol::Socketcand => {
             output.write_all(text).await?;
             text.clear();

@@ -15,6 +15,7 @@
 //!
 //! As for canplayer, a line that does not begin with `(` is a comment.
 
+use super::{Content, Direction};
 use can::{ExtendedId, Frame, Id, StandardId};
 use std::io::{self, BufRead, Write};
 
@@ -37,29 +38,6 @@ pub struct Record {
     pub direction: Option<Direction>,
 }
 
-/// What a line is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
-    /// A frame.
-    Frame(Frame),
-    /// A message about errors from the recording controller's driver, not from the bus.
-    Error {
-        /// Class of error, bits 0–28 (linux/can/error.h).
-        class: u32,
-        /// Particulars.
-        data: [u8; 8],
-    },
-}
-
-/// Seen from the recording machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    /// `R`
-    Received,
-    /// `T`
-    Sent,
-}
-
 /// Writes one line.
 ///
 /// # Errors
@@ -77,6 +55,31 @@ pub fn write_line(
         micros / 1_000_000,
         micros % 1_000_000
     )
+}
+
+/// Writes one line, of an error message too.
+///
+/// # Errors
+/// Those of `output`.
+pub fn write_content(
+    output: &mut impl Write,
+    stamp_ns: u64,
+    channel: &str,
+    content: &Content,
+) -> io::Result<()> {
+    match content {
+        Content::Frame(frame) => write_line(output, stamp_ns, channel, frame),
+        Content::Error { class, data } => {
+            let micros = stamp_ns / 1_000;
+            let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+            let id = class | ERROR_MESSAGE;
+            let data = u64::from_be_bytes(*data);
+            writeln!(
+                output,
+                "({seconds}.{micros:06}) {channel} {id:08X}#{data:016X}"
+            )
+        }
+    }
 }
 
 /// Reads a log line by line; comments are passed over.

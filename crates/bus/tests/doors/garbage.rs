@@ -263,7 +263,7 @@ fn random_bytes_harm_nobody() {
                 }
                 Some(Event::Joined { .. }) => joins += 1,
                 Some(Event::Left { client, .. }) => assert_ne!(client, witness.client),
-                Some(Event::Refused { .. }) => {}
+                Some(Event::Refused { .. } | Event::Trouble { .. }) => {}
                 None if over => break,
                 None => doors.wait(Duration::from_millis(1)),
             }

@@ -73,7 +73,7 @@ fn slcan_flows_only_while_open() {
     else {
         panic!()
     };
-    assert_eq!(from, peer.stream.local_addr().unwrap());
+    assert_eq!(from, bus::Peer::Tcp(peer.stream.local_addr().unwrap()));
     assert_eq!(frame_from(&mut doors, client).to_string(), "123#0102");
     let remote = Frame::remote_frame(ExtendedId::new(5).unwrap(), 2).unwrap();
     doors.deliver(&remote, 0, None);
@@ -133,7 +133,7 @@ fn several_clients_at_several_doors() {
     let frame = Frame::data_frame(StandardId::new(0x181).unwrap(), &[0xA5]).unwrap();
     let text = |protocol, stamp: u32| match protocol {
         Socketcand => format!("< frame 181 0.{stamp:06} A5 >"),
-        Slcan => "t1811A5\r".to_owned(),
+        _ => "t1811A5\r".to_owned(),
     };
     for sender in 0..peers.len() {
         let (protocol, peer, client) = &mut peers[sender];

@@ -40,6 +40,7 @@ impl Peer {
                 peer.say("O\r");
                 peer.expect("\r");
             }
+            Protocol::SocketCan => panic!("nobody is behind an interface by TCP"),
         }
         peer
     }

@@ -14,7 +14,7 @@ fn send_text(protocol: Protocol, number: u32) -> String {
             let [a, b, c, d] = bytes;
             format!("< send 300 4 {a:x} {b:x} {c:x} {d:x} >")
         }
-        Slcan => format!("t3004{:08X}\r", u32::from_be_bytes(bytes)),
+        _ => format!("t3004{:08X}\r", u32::from_be_bytes(bytes)),
     }
 }
 

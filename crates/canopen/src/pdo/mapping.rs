@@ -47,7 +47,14 @@ pub(crate) struct Mapping {
 /// The object that a mapping entry (index, sub-index, length in bits) names, if it may be mapped.
 pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<Entry, Abort> {
     let [bits, sub, index_low, index_high] = entry.to_le_bytes();
-    let found = table.find(u16::from_le_bytes([index_low, index_high]), sub)?;
+    let index = u16::from_le_bytes([index_low, index_high]);
+    let found = table.find(index, sub).map_err(|missing| {
+        // A sub-index 0 that no row declares exists all the same.
+        match sub == 0 && table.highest_sub_index(index).is_some() {
+            true => Abort::NOT_MAPPABLE,
+            false => missing,
+        }
+    })?;
     let mappable = match way {
         Direction::Receive => found.maps_rpdo(),
         Direction::Transmit => found.maps_tpdo(),
@@ -173,7 +180,8 @@ impl Mapping {
             if end > BITS || usize::from(mapping.count) >= MAPPED_PER_PDO {
                 return Err(Abort::MAP_TOO_LONG);
             }
-            let is_plain = !found.has(flag::LONG) && bits % 8 == 0 && mapping.bits % 8 == 0;
+            let is_plain =
+                !found.has(flag::LONG) && bits.is_multiple_of(8) && mapping.bits.is_multiple_of(8);
             match mapping.copies.get_mut(usize::from(mapping.count)) {
                 Some(place) if is_plain => {
                     *place = Copy::new(&found, (entry >> 8) as u8, mapping.bits);

@@ -1,5 +1,7 @@
 //! Block download (CiA 301 7.2.4.3.8 to 7.2.4.3.11): up to 127 segments an acknowledge.
 
+use can::Frame;
+
 use super::{Phase, SdoServer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
@@ -25,7 +27,7 @@ impl<M: NodeMemory> Node<M> {
             if command == 0x80 {
                 let [_, _, _, c0, c1, c2, c3] = bytes;
                 let why = Abort(u32::from_le_bytes([c0, c1, c2, c3]));
-                self.drop_transfer(n, why, owner);
+                self.client_aborts(n, why, owner);
             }
             return;
         }
@@ -33,6 +35,15 @@ impl<M: NodeMemory> Node<M> {
         let transfer = self.server(n).transfer;
         self.server(n).transfer.has_begun = true;
         let in_order = number == transfer.next;
+        if !transfer.has_begun && !in_order && transfer.held == Some(bytes) {
+            // The last segment of the block before once more, most likely: it ends no block.
+            if self.acknowledges_again(n, now) {
+                self.server(n).transfer.has_begun = false;
+            } else {
+                self.await_segment(n, now);
+            }
+            return;
+        }
         if in_order {
             // The one before it was not the last, so all of it counts.
             if let Some(held) = transfer.held
@@ -61,20 +72,51 @@ impl<M: NodeMemory> Node<M> {
 
     /// Says how many segments of the block came in order; those after are sent again.
     fn acknowledge_block(&mut self, n: u8, now: Instant) {
-        let SdoTransfers::All { block_size, .. } = self.device.dialect.sdo else {
-            return;
-        };
+        let block_size = block_size(&self.device.dialect);
         let server = self.server(n);
         let came = server.transfer.next.saturating_sub(1);
-        server.transfer.next = 1;
         server.transfer.has_begun = false;
         server.transfer.block_size = block_size;
         if server.transfer.is_last {
             server.transfer.phase = Phase::BlockDownloadEnd;
+        } else {
+            server.transfer.next = 1;
         }
         server.reply = [0xA2, came, block_size, 0, 0, 0, 0, 0];
         self.await_client(n, now);
         self.outbox.post(Slot::Sdo(n));
+    }
+
+    /// The last segment that was acknowledged has come once more. Right behind the first, the wire
+    /// has doubled it; after a silence, its client has not heard the acknowledge and hears it again.
+    fn acknowledges_again(&mut self, n: u8, now: Instant) -> bool {
+        let SdoTransfers::All { timeout_ms, .. } = self.device.dialect.sdo else {
+            return false;
+        };
+        let rest = u64::from(timeout_ms).saturating_sub(SILENCE_MS);
+        let is_late = now.plus_ms(rest) >= self.server(n).due;
+        if is_late {
+            self.await_client(n, now);
+            self.outbox.post(Slot::Sdo(n));
+        }
+        is_late
+    }
+
+    /// Whether `frame` is the last segment of a block download once more, while its end is awaited:
+    /// not what else its first byte would mean now, an abort for example. The end itself is the end,
+    /// also where it looks alike.
+    pub(crate) fn is_last_segment_again(&mut self, n: u8, frame: &Frame, now: Instant) -> bool {
+        let transfer = &self.server(n).transfer;
+        let [command, bytes @ ..] = frame.bytes();
+        let is_again = transfer.phase == Phase::BlockDownloadEnd
+            && command & 0x80 != 0
+            && command & 0x7F == transfer.next.saturating_sub(1)
+            && command & 0xE3 != 0xC1
+            && transfer.held == Some(bytes);
+        if is_again {
+            self.acknowledges_again(n, now);
+        }
+        is_again
     }
 
     /// Whether server `n` was in the middle of a block, which is now acknowledged as far as it came.
@@ -142,9 +184,7 @@ impl<M: NodeMemory> Node<M> {
 impl SdoServer {
     /// Acknowledges the announcement of blocks; with a checksum, if the client has one.
     pub(crate) fn blocks_may_come(&mut self, dialect: &Dialect) {
-        let SdoTransfers::All { block_size, .. } = dialect.sdo else {
-            return;
-        };
+        let block_size = block_size(dialect);
         self.transfer.phase = Phase::BlockDownload;
         self.transfer.block_size = block_size;
         let address = self.transfer.address;
@@ -154,5 +194,13 @@ impl SdoServer {
     /// Acknowledges the end.
     pub(crate) fn blocks_came(&mut self) {
         self.reply = [0xA1, 0, 0, 0, 0, 0, 0, 0];
+    }
+}
+
+/// Segments in a block that the device asks for (CiA 301 7.2.4.3.9: 1 to 127).
+fn block_size(dialect: &Dialect) -> u8 {
+    match dialect.sdo {
+        SdoTransfers::All { block_size, .. } => block_size.clamp(1, 127),
+        SdoTransfers::Expedited => 127,
     }
 }

@@ -2,7 +2,7 @@
 
 use can::Frame;
 
-use crate::{Abort, Address, Dialect};
+use crate::{Abort, Address, DataType, Dialect, Entry};
 
 /// A request to an SDO server (CiA 301 7.2.4.3). The client command specifier is the first three
 /// bits of the frame.
@@ -153,12 +153,18 @@ impl Size {
         }
     }
 
-    /// How many bytes there are for an object that takes up to `most`: a string.
-    pub(crate) fn of_string(self, most: u8) -> Result<u8, Abort> {
-        match self.indicated {
-            Some(size) if size > most => Err(Abort::TOO_LONG),
-            Some(size) => Ok(size),
-            None => Err(Abort::LENGTH),
+    /// How many bytes there are for an object that is no number of at most four.
+    ///
+    /// # Errors
+    /// [`Abort::TOO_SHORT`] for an object that has more, [`Abort::LENGTH`] for one of any length if
+    /// it is not said how many there are.
+    pub(crate) fn of_string(self, entry: &Entry) -> Result<u8, Abort> {
+        let room = entry.field.size();
+        match (self.indicated, entry.field.data_type()) {
+            (Some(size), _) => Ok(size),
+            (None, DataType::Text | DataType::Domain) => Err(Abort::LENGTH),
+            (None, _) if self.carried < room => Err(Abort::TOO_SHORT),
+            (None, _) => Ok(room),
         }
     }
 }

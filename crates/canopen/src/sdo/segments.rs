@@ -113,7 +113,7 @@ impl<M: NodeMemory> Node<M> {
         self.interrupt(n, owner);
         let opened = self
             .writable(address)
-            .and_then(|entry| self.place_for(n, &entry, size));
+            .and_then(|entry| self.place_for(n, address, &entry, size));
         let place = match opened {
             Ok(place) => place,
             Err(abort) => {

@@ -71,6 +71,9 @@ impl<M: NodeMemory> Node<M> {
             }
             request => {
                 let [_, low, high, sub, ..] = frame.bytes();
+                if self.is_last_segment_again(n, frame, now) {
+                    return;
+                }
                 if self.server(n).is_idle() {
                     // What an abort names when there is no transfer whose object it could name.
                     let named = Address::new(u16::from_le_bytes([low, high]), sub);
@@ -120,10 +123,10 @@ impl<M: NodeMemory> Node<M> {
     ) {
         let written = self.writable(address).and_then(|entry| {
             if entry.has(flag::LONG) {
-                let bytes = size.of_string(entry.field.size().max(4))?;
+                let bytes = size.of_string(&entry)?;
                 let data = raw.to_le_bytes();
                 let data = data.get(..usize::from(bytes)).unwrap_or(&[]);
-                let written = self.write_long_at_once(address, &entry, data, now, owner, events);
+                let written = self.write_long_at_once(n, address, &entry, data, now, owner, events);
                 return written.map(|written| (written, raw));
             }
             size.check(entry.field.size())?;
@@ -157,7 +160,7 @@ impl<M: NodeMemory> Node<M> {
     ) {
         // An abort is never answered (CiA 301 7.2.4.3.17); it ends what goes on.
         if let Request::Abort(why) = request {
-            return self.drop_transfer(n, why, owner);
+            return self.client_aborts(n, why, owner);
         }
         if self.device.dialect.sdo == SdoTransfers::Expedited {
             if self.server(n).is_waiting() {
@@ -265,6 +268,23 @@ impl<M: NodeMemory> Node<M> {
     pub(crate) fn interrupt<O: Owner>(&mut self, n: u8, owner: &mut O) {
         if !self.server(n).is_idle() && !self.server(n).is_waiting() {
             self.drop_transfer(n, Abort::GENERAL, owner);
+        }
+    }
+
+    /// The client of server `n` gives up: it wants no answer any more.
+    pub(crate) fn client_aborts<O: Owner>(&mut self, n: u8, why: Abort, owner: &mut O) {
+        self.drop_transfer(n, why, owner);
+        self.outbox.withdraw(Slot::Sdo(n));
+    }
+
+    /// Ends the transfers of servers that exist no longer (0x1201 and on).
+    #[cold]
+    pub(crate) fn drop_switched_off<O: Owner>(&mut self, owner: &mut O) {
+        for n in 1..crate::SDO_SERVERS as u8 {
+            if !self.server(n).exists() {
+                self.drop_transfer(n, Abort::NOT_AVAILABLE, owner);
+                self.outbox.withdraw(Slot::Sdo(n));
+            }
         }
     }
 

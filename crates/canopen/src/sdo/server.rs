@@ -94,6 +94,8 @@ pub(crate) enum Place {
     String(crate::Field),
     /// The owner's.
     Stream,
+    /// Replaced by another value while it was being read.
+    Gone,
 }
 
 impl Transfer {
@@ -148,6 +150,11 @@ impl SdoServer {
             transfer: Transfer::IDLE,
             due: Instant::NEVER,
         }
+    }
+
+    /// Whether there is such a server.
+    pub(crate) fn exists(&self) -> bool {
+        self.request_key != CobId::NO_KEY
     }
 
     #[inline]

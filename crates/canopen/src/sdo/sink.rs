@@ -15,12 +15,14 @@ impl<M: NodeMemory> Node<M> {
     pub(crate) fn place_for(
         &mut self,
         n: u8,
+        address: Address,
         entry: &Entry,
         size: Option<u32>,
     ) -> Result<Place, Abort> {
         let room = u32::from(entry.field.size());
         let data_type = entry.field.data_type();
         if data_type == DataType::Domain {
+            self.is_free(n, address)?;
             return Ok(Place::Stream);
         }
         match size {
@@ -38,6 +40,22 @@ impl<M: NodeMemory> Node<M> {
         }
         self.gathering = Some(n);
         Ok(Place::String(entry.field))
+    }
+
+    /// Whether server `n` may begin a download to a stream.
+    ///
+    /// # Errors
+    /// Another server is at it.
+    fn is_free(&self, n: u8, address: Address) -> Result<(), Abort> {
+        let taken = (0u8..).zip(&self.servers).any(|(other, server)| {
+            let transfer = &server.transfer;
+            other != n && transfer.is_open_stream() && transfer.address == address
+        });
+        if taken {
+            Err(Abort::DEVICE_STATE)
+        } else {
+            Ok(())
+        }
     }
 
     /// Takes the next bytes of the download of server `n`. If they are refused, the stream is over.
@@ -79,7 +97,7 @@ impl<M: NodeMemory> Node<M> {
                     .ok_or(Abort::OUT_OF_MEMORY)?;
                 put(room, from, bytes)?;
             }
-            Place::Flash(_) => return Err(Abort::READ_ONLY),
+            Place::Flash(_) | Place::Gone => return Err(Abort::READ_ONLY),
         }
         self.server(n).transfer.at = end;
         Ok(())
@@ -99,6 +117,10 @@ impl<M: NodeMemory> Node<M> {
         }
         let address = transfer.address;
         if let Place::Stream = transfer.place {
+            if self.waiting.is_some() {
+                // Its owner may answer later, and only one such answer can be awaited.
+                return Err(Abort::DEVICE_STATE);
+            }
             let verdict = owner.stream_end(address, transfer.at);
             // Whatever it says, the stream is over.
             self.server(n).finish();
@@ -139,8 +161,10 @@ impl<M: NodeMemory> Node<M> {
 
     /// An expedited download to an object that is not a number of at most four bytes.
     #[cold]
+    #[allow(clippy::too_many_arguments, reason = "what a write has, one by one")]
     pub(crate) fn write_long_at_once<O: Owner>(
         &mut self,
+        n: u8,
         address: Address,
         entry: &Entry,
         data: &[u8],
@@ -151,6 +175,7 @@ impl<M: NodeMemory> Node<M> {
         if entry.field.data_type() != DataType::Domain {
             return self.write_long(address, entry, data, now, owner, events);
         }
+        self.is_free(n, address)?;
         let size = data.len() as u32;
         match owner.stream_begin(address, Some(size)) {
             Verdict::Accept | Verdict::Done => {}

@@ -1,8 +1,8 @@
 //! Where the bytes of an upload come from.
 
-use super::{Place, Transfer};
+use super::{Phase, Place, Transfer};
 use crate::row::{Default, flag};
-use crate::{Abort, Address, DataType, Entry, Image, Node, NodeMemory, Owner, Row};
+use crate::{Abort, Address, DataType, Entry, Field, Image, Node, NodeMemory, Owner, Row};
 
 /// An object that is about to be read.
 pub(crate) struct Source {
@@ -71,6 +71,20 @@ impl<M: NodeMemory> Node<M> {
         })
     }
 
+    /// A string has a new value: who is reading the old one cannot have the rest of it.
+    pub(crate) fn replaced(&mut self, field: Field) {
+        for server in &mut self.servers {
+            let transfer = &mut server.transfer;
+            let reads = matches!(
+                transfer.phase,
+                Phase::Upload | Phase::BlockUploadStart | Phase::BlockUpload
+            );
+            if reads && matches!(transfer.place, Place::String(of) if of == field) {
+                transfer.place = Place::Gone;
+            }
+        }
+    }
+
     /// The constant text of a row.
     fn flash(&self, row: u16) -> &'static str {
         match self.device.table.rows().get(usize::from(row)) {
@@ -98,6 +112,7 @@ impl<M: NodeMemory> Node<M> {
         let wanted = eight.get_mut(..left).unwrap_or(&mut []);
         let given = match transfer.place {
             Place::Stream => owner.stream_read(transfer.address, at, wanted)?.min(left),
+            Place::Gone => return Err(Abort::DEVICE_STATE),
             Place::Value(count) => copy(&transfer.value, usize::from(count), at, wanted),
             Place::Flash(row) => {
                 let text = self.flash(row);

@@ -47,32 +47,23 @@ pub type Sent = (u16, Vec<u8>);
 
 /// One node, its owner and its clock.
 #[derive(Debug)]
-pub struct Bench {
-    pub node: Node<[u8; devices::IMAGE_BYTES]>,
-    pub owner: Recorder,
+pub struct Bench<O = Recorder> {
+    pub node: Node<Vec<u8>>,
+    pub owner: O,
     pub now: Instant,
     /// The events of the last call.
     pub events: Events,
 }
 
 impl Bench {
-    /// A node that has booted, its boot-up frame taken.
+    /// A node of a device of `devices.rs` that has booted, its boot-up frame taken.
     pub fn new(device: &'static Device) -> Bench {
-        let mut bench = Bench::unstarted(device);
-        bench.events = bench.node.start(bench.now);
-        assert_eq!(bench.drain(), [(0x700 + u16::from(ID), vec![0])]);
-        bench
+        Bench::with(device, Recorder::default())
     }
 
     /// A node before its start.
     pub fn unstarted(device: &'static Device) -> Bench {
-        let id = NodeId::new(ID).expect("a node ID");
-        Bench {
-            node: Node::new(device, [0; devices::IMAGE_BYTES], id),
-            owner: Recorder::default(),
-            now: Instant(1_000_000_000),
-            events: Events::NOTHING,
-        }
+        Bench::unstarted_with(device, Recorder::default())
     }
 
     /// A node in operational.
@@ -80,6 +71,27 @@ impl Bench {
         let mut bench = Bench::new(device);
         bench.nmt(0x01);
         bench
+    }
+}
+
+impl<O: Owner> Bench<O> {
+    /// A node of any device and owner that has booted, its boot-up frame taken.
+    pub fn with(device: &'static Device, owner: O) -> Bench<O> {
+        let mut bench = Bench::unstarted_with(device, owner);
+        bench.events = bench.node.start(bench.now);
+        assert_eq!(bench.drain(), [(0x700 + u16::from(ID), vec![0])]);
+        bench
+    }
+
+    /// The same before its start.
+    pub fn unstarted_with(device: &'static Device, owner: O) -> Bench<O> {
+        let id = NodeId::new(ID).expect("a node ID");
+        Bench {
+            node: Node::new(device, vec![0; device.table.image_bytes()], id),
+            owner,
+            now: Instant(1_000_000_000),
+            events: Events::NOTHING,
+        }
     }
 
     /// Hands over any frame; gives what the node sends.
@@ -104,12 +116,21 @@ impl Bench {
         self.send(0x80, &[])
     }
 
-    /// All that waits.
+    /// All that waits, of 11 bits.
     pub fn drain(&mut self) -> Vec<Sent> {
+        let plain = |frame: Frame| {
+            assert!(!frame.is_extended() && !frame.is_remote());
+            (frame.raw_id() as u16, frame.data().to_vec())
+        };
+        self.frames().into_iter().map(plain).collect()
+    }
+
+    /// All that waits.
+    pub fn frames(&mut self) -> Vec<Frame> {
         let mut sent = Vec::new();
         while let Some(frame) = self.node.transmit(&mut self.owner) {
-            assert!(!frame.is_extended() && !frame.is_remote());
-            sent.push((frame.raw_id() as u16, frame.data().to_vec()));
+            assert!(sent.len() < 200, "transmit has no end");
+            sent.push(frame);
         }
         assert!(self.node.is_silent());
         sent

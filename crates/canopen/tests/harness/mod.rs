@@ -1,4 +1,5 @@
-//! What the tests of this crate share: two devices of one dictionary, and a node on a bench.
+//! What the tests of this crate share: two devices of one dictionary, one with everything, and a
+//! node on a bench.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -7,9 +8,16 @@
 )]
 
 mod bench;
+pub mod config;
 pub mod devices;
+pub mod full;
 pub mod lss;
 pub mod script;
+pub mod stand;
+pub mod streams;
 
 pub use bench::{Bench, ID, Recorder};
 pub use devices::{BASIC, P3_LIKE, STANDARD};
+pub use full::FULL;
+pub use stand::Stand;
+pub use streams::{Call, Streams};

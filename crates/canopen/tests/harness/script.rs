@@ -11,7 +11,7 @@ use canopen::{
     Verdict,
 };
 
-use super::devices::{BASIC, IMAGE_BYTES, OBJECTS_CONST, P3_LIKE};
+use super::devices::{BASIC, OBJECTS_CONST, P3_LIKE};
 
 /// Node ID of the scripts' node.
 pub const ID: u8 = 5;
@@ -194,7 +194,7 @@ impl Owner for Judge {
 pub struct World {
     device: &'static Device,
     /// The node, for tests that set it up themselves.
-    pub node: Node<[u8; IMAGE_BYTES]>,
+    pub node: Node<Vec<u8>>,
     owner: Judge,
     /// The clock, likewise.
     pub now: Instant,
@@ -206,7 +206,7 @@ impl World {
     /// A node that has started.
     pub fn new(device: &'static Device) -> World {
         let id = NodeId::new(ID).expect("a node ID");
-        let mut node = Node::new(device, [0; IMAGE_BYTES], id);
+        let mut node = Node::new(device, vec![0; device.table.image_bytes()], id);
         node.start(Instant::ZERO);
         World {
             device,

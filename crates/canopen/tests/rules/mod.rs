@@ -41,7 +41,8 @@ pub fn hold(service: &str, file: &str, rules: &[Rule]) {
 }
 
 fn table(file: &str, rules: &[Rule]) -> String {
-    let mut table = String::from("| rule | clause | the standard says | test |\n|---|---|---|---|\n");
+    let mut table =
+        String::from("| rule | clause | the standard says | test |\n|---|---|---|---|\n");
     for rule in rules {
         let Rule {
             id, clause, says, ..

@@ -1,16 +1,20 @@
 //! `servobus monitor`: a live trace in words.
 
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant as RealTime};
 
+use bus::ErrorFrame;
+use bus::recording::{Content, Direction, Recorder};
 use canopen::Instant;
 use client::decode::Decoder;
 use personalities::Personality;
 use tokio::time::timeout;
 
 use super::stop::Stop;
-use crate::wire::WireArguments;
-use crate::{Failure, drive_kind, output, time_span};
+use crate::wire::{WireArguments, tell_reports};
+use crate::{Failure, drive_kind, output, record_file, time_span};
 
 /// Print the frames of a bus and what they mean, until Ctrl-C or for some time.
 ///
@@ -22,6 +26,7 @@ use crate::{Failure, drive_kind, output, time_span};
 Examples:
   servobus monitor
   servobus monitor --for 10s --json > trace.jsonl     one JSON object on each line
+  servobus monitor --bus socketcan://can0 --record bench.pcapng
   servobus monitor --bus slcan://127.0.0.1:29537 | grep emergency")]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -32,6 +37,10 @@ pub(crate) struct Arguments {
     /// End after this (real) time, as in 10s, 500ms or 2m.
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = time_span::parse)]
     time: Option<Duration>,
+    /// Write all frames to FILE, which ends in .log (candump), .pcapng (Wireshark) or .mcap
+    /// (Foxglove). An existing file is replaced.
+    #[arg(long, value_name = "FILE", value_parser = record_file::parse)]
+    record: Option<PathBuf>,
     /// Print JSON, one object on each line.
     #[arg(long)]
     json: bool,
@@ -47,6 +56,10 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let stop = Stop::watch()?;
     arguments.wire.run(async |mut connection| {
+        let mut log = match &arguments.record {
+            Some(path) => Some(Log::create(path, connection.endpoint().channel())?),
+            None => None,
+        };
         let mut decoder = Decoder::with_table(arguments.drive.device.table);
         let began = RealTime::now();
         while !stop.asked() {
@@ -57,12 +70,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             if left.is_zero() {
                 break;
             }
-            let Ok(received) = timeout(left.min(LOOK), connection.receive()).await else {
+            let received = timeout(left.min(LOOK), connection.receive()).await;
+            for report in tell_reports(&mut connection) {
+                if let Some(log) = &mut log {
+                    let ErrorFrame { class, data } = report.error;
+                    log.write(report.stamp_ns, &Content::Error { class, data })?;
+                }
+            }
+            if let Some(log) = &mut log {
+                log.flush()?;
+            }
+            let Ok(received) = received else {
                 continue;
             };
             let received = received.map_err(Failure::unsuccessful)?;
             let elapsed = || u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX);
             let at = Instant(received.stamp_ns.unwrap_or_else(elapsed));
+            if let Some(log) = &mut log {
+                log.write(at.0, &Content::Frame(received.frame))?;
+            }
             let decoded = decoder.decode(at, &received.frame);
             if arguments.json {
                 output::print_json_line(&decoded)?;
@@ -70,6 +96,66 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 output::print(&decoded)?;
             }
         }
+        if let Some(log) = log {
+            log.finish()?;
+        }
         Ok(ExitCode::SUCCESS)
     })
+}
+
+/// How often what was recorded is written to the file.
+const FLUSH: Duration = Duration::from_millis(500);
+
+/// A recording, its place, and how far it has come.
+struct Log<'a> {
+    path: &'a Path,
+    recorder: Recorder,
+    last_ns: u64,
+    flushed: RealTime,
+}
+
+impl<'a> Log<'a> {
+    fn create(path: &'a Path, channel: &str) -> Result<Log<'a>, Failure> {
+        let recorder = Recorder::create(path, channel).map_err(|error| {
+            Failure::input(format!(
+                "{}: cannot record there: {error}; name another file with --record",
+                path.display()
+            ))
+        })?;
+        Ok(Log {
+            path,
+            recorder,
+            last_ns: 0,
+            flushed: RealTime::now(),
+        })
+    }
+
+    fn write(&mut self, stamp_ns: u64, content: &Content) -> Result<(), Failure> {
+        self.last_ns = stamp_ns;
+        let received = Some(Direction::Received);
+        let written = self.recorder.write(stamp_ns, content, received);
+        written.map_err(|error| lost(self.path, &error))
+    }
+
+    /// Now and then.
+    fn flush(&mut self) -> Result<(), Failure> {
+        if self.flushed.elapsed() < FLUSH {
+            return Ok(());
+        }
+        self.flushed = RealTime::now();
+        let flushed = self.recorder.flush();
+        flushed.map_err(|error| lost(self.path, &error))
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        let finished = self.recorder.finish(self.last_ns);
+        finished.map_err(|error| lost(self.path, &error))
+    }
+}
+
+fn lost(path: &Path, error: &io::Error) -> Failure {
+    Failure::input(format!(
+        "{}: cannot record any more: {error}",
+        path.display()
+    ))
 }

@@ -1,13 +1,14 @@
 //! `servobus replay`: runs a recorded simulation again.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use sim::{ReadError, Replayed, replay};
+use bus::recording::Format;
+use sim::{ReadError, Replayed, begin_frames, replay, replay_each, write_frame};
 
-use crate::{Failure, output};
+use crate::{Failure, output, record_file};
 
 /// Run a recorded simulation again, and compare it with its recording.
 ///
@@ -18,6 +19,7 @@ use crate::{Failure, output};
 Examples:
   servobus replay run.log                      is the run repeated exactly?
   servobus replay run.log --output again.log   write the repeated log
+  servobus replay run.log --output run.pcapng  or the same frames for Wireshark
   servobus replay run.log --output - | head    or print it
 
 A recording is two files that `servobus sim --record run.log` writes: run.log with all frames, in
@@ -26,9 +28,17 @@ and compared with the first.")]
 pub(crate) struct Arguments {
     /// The log that `servobus sim --record` wrote; FILE.run must lie beside it.
     file: PathBuf,
-    /// Write the repeated log there instead of comparing; `-` is standard output.
-    #[arg(long, value_name = "OUT")]
+    /// Write the repeated frames there instead of comparing, to a file that ends in .log, .pcapng or
+    /// .mcap; `-` is standard output, as a log.
+    #[arg(long, value_name = "OUT", value_parser = parse_output)]
     output: Option<PathBuf>,
+}
+
+fn parse_output(text: &str) -> Result<PathBuf, String> {
+    match text {
+        "-" => Ok(PathBuf::from(text)),
+        _ => record_file::parse(text),
+    }
 }
 
 /// Runs it.
@@ -64,10 +74,19 @@ fn write(file: &Path, path: &Path) -> Result<ExitCode, Failure> {
         )));
     }
     // In memory first: a recording that cannot be read must not cost an older output.
-    let mut text = Vec::new();
-    let done = replayed(file, &mut text)?;
-    File::create(path)
-        .and_then(|mut out| out.write_all(&text))
+    let mut frames = Vec::new();
+    let done = replay_each(file, &mut |traffic| {
+        frames.push(*traffic);
+        Ok(())
+    })
+    .map_err(Failure::input)?;
+    begin_frames(path)
+        .and_then(|mut log| {
+            for traffic in &frames {
+                write_frame(&mut log, traffic)?;
+            }
+            log.finish(done.end.0)
+        })
         .map_err(|error| {
             Failure::input(format!(
                 "{}: cannot write there: {error}; name another file with --output",
@@ -90,6 +109,13 @@ fn cut_off_note(done: &Replayed) -> String {
 }
 
 fn verify(file: &Path) -> Result<ExitCode, Failure> {
+    if matches!(Format::of(file), Ok(Format::Pcapng | Format::Mcap)) {
+        return Err(Failure::input(format!(
+            "{}: a replay can be compared with a candump log only: record to a file that ends in \
+             .log, or write the repeated log with --output again.log",
+            file.display()
+        )));
+    }
     let recorded = fs::read(file).map_err(|error| {
         let path = file.display();
         Failure::input(format!(

@@ -77,7 +77,7 @@ struct Common {
     wire: WireArguments,
 }
 
-fn parse_node(text: &str) -> Result<NodeId, String> {
+pub(super) fn parse_node(text: &str) -> Result<NodeId, String> {
     let id = text.parse().ok().and_then(NodeId::new);
     id.ok_or_else(|| "node IDs are 1 to 127".to_owned())
 }

@@ -23,7 +23,7 @@ use self::drive_list::DriveList;
 use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
-use crate::{Failure, drive_kind, output, time_span};
+use crate::{Failure, drive_kind, output, record_file, time_span};
 
 /// Run virtual drives, until Ctrl-C or for some simulated time.
 ///
@@ -35,16 +35,19 @@ Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
+  servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
   servobus sim --record run.log                     can-utils and python-can read run.log;
                                                     servobus replay run.log repeats the run
+  servobus sim --record run.mcap                    or run.pcapng: see --record
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
   servobus sim --drive p3-extended --nodes unconfigured:3 --bit-rate 125k
                                                     drives for an LSS master: servobus lss scan
 
 Who sends frames on the bus decides what happens; all else follows from --seed. --record writes two
-files: FILE, a candump log with simulated time from zero, and FILE.run with the seed, the drives,
-what they had stored, and each outside frame with its nanosecond. A replay needs both.")]
+files: FILE, its frames with simulated time from zero, and FILE.run with the seed, the drives,
+what they had stored, and each outside frame with its nanosecond. A replay is compared with
+a candump log.")]
 pub(crate) struct Arguments {
     /// Which drive; `servobus od NAME` lists its objects.
     #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
@@ -61,8 +64,9 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     bit_rate: BitRate,
-    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL] or slcan://HOST:PORT;
-    /// may be given several times; `none` opens no door [default: socketcand://127.0.0.1:29536]
+    /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or
+    /// a CAN interface of this (Linux) machine, socketcan://INTERFACE; may be given several times;
+    /// `none` opens no door [default: socketcand://127.0.0.1:29536]
     #[arg(long, value_name = "ENDPOINT")]
     bus: Vec<Door>,
     /// Listen on addresses that other machines can reach. There is no password: whoever reaches
@@ -94,8 +98,10 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     duplicate: Share,
-    /// Write all frames to FILE, and to FILE.run what they follow from. Existing files are replaced.
-    #[arg(long, value_name = "FILE")]
+    /// Write all frames to FILE, and to FILE.run what they follow from. FILE ends in .log (candump),
+    /// .pcapng (Wireshark) or .mcap (Foxglove; with position, speed and current of each drive).
+    /// Existing files are replaced.
+    #[arg(long, value_name = "FILE", value_parser = record_file::parse)]
     record: Option<PathBuf>,
     /// Keep the drives' stored parameters in this folder, which is made if needed; without it they
     /// are forgotten at the end.
@@ -231,7 +237,7 @@ fn door_line(door: &Endpoint) -> String {
             let address = whole.strip_suffix(&channel).unwrap_or(&whole);
             format!("{address} channel {}", door.channel())
         }
-        Protocol::Slcan => whole,
+        Protocol::Slcan | Protocol::SocketCan => whole,
     }
 }
 

@@ -47,8 +47,10 @@ pub(crate) struct Arguments {
     /// From it everything random follows: latencies, serial numbers.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write all frames to FILE, and to FILE.run what they follow from. Existing files are replaced.
-    #[arg(long, value_name = "FILE")]
+    /// Write all frames to FILE, and to FILE.run what they follow from. FILE ends in .log (candump),
+    /// .pcapng (Wireshark) or .mcap (Foxglove; with position, speed and current of each drive).
+    /// Existing files are replaced.
+    #[arg(long, value_name = "FILE", value_parser = crate::record_file::parse)]
     record: Option<PathBuf>,
 }
 

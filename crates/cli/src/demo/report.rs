@@ -1,5 +1,6 @@
 //! What came of it, as a table.
 
+use bus::recording::Format;
 use canopen::NodeId;
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
@@ -67,8 +68,14 @@ pub(super) fn text(report: &Report, settings: &Settings<'_>) -> String {
     ));
     lines.push(format!("plot: {PLOT}"));
     if let (Some(path), Some(frames)) = (settings.record, report.recorded) {
+        let again = match Format::of(path) {
+            Ok(Format::Candump) => {
+                format!("; servobus replay {} plays it again", path.display())
+            }
+            _ => String::new(),
+        };
         lines.push(format!(
-            "recording: {}, {} frames; servobus replay {0} plays it again",
+            "recording: {}, {} frames{again}",
             path.display(),
             thousands(frames)
         ));

@@ -168,6 +168,12 @@ impl<'w> Stage<'w> {
         for notice in self.bus.take_notices() {
             self.dialogue.borrow_mut().say(&notice.to_string());
         }
+        let samples = self.bus.take_samples();
+        if let Some(recording) = &mut self.recording {
+            for sample in &samples {
+                recording.sample(sample)?;
+            }
+        }
         let recorded = self.recording.map(|recording| recording.finish(now));
         let printed = match Rc::try_unwrap(self.dialogue) {
             Ok(dialogue) => dialogue.into_inner().finish(),
@@ -175,7 +181,7 @@ impl<'w> Stage<'w> {
             Err(_) => Ok(()),
         };
         Ok(Played {
-            samples: self.bus.take_samples(),
+            samples,
             end: now,
             recorded: recorded.transpose()?,
             printed,

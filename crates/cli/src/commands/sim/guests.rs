@@ -1,9 +1,8 @@
 //! The outside programs that are on the bus, and what is said about their coming and going.
 
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
 
-use bus::{ClientId, Doors, LeaveReason};
+use bus::{ClientId, Doors, LeaveReason, Peer, Trouble};
 use can::BitRate;
 
 use crate::output::tell;
@@ -30,7 +29,7 @@ impl Guests {
         client: ClientId,
         doors: &Doors,
         door: usize,
-        peer: SocketAddr,
+        peer: &Peer,
         listen_only: bool,
     ) {
         self.joined += 1;
@@ -65,7 +64,7 @@ impl Guests {
     }
 
     /// Somebody never got onto the bus.
-    pub(super) fn refuse(&self, doors: &Doors, door: usize, peer: SocketAddr, why: &LeaveReason) {
+    pub(super) fn refuse(&self, doors: &Doors, door: usize, peer: &Peer, why: &LeaveReason) {
         // To look whether a port is open, and to go again, is what scripts do.
         if *why != LeaveReason::Disconnected {
             tell(format_args!(
@@ -73,6 +72,11 @@ impl Guests {
                 address(doors, door)
             ));
         }
+    }
+
+    /// An interface has something to report.
+    pub(super) fn trouble(&self, doors: &Doors, door: usize, trouble: &Trouble) {
+        tell(format_args!("{}: {trouble}", address(doors, door)));
     }
 
     fn number(&self, client: ClientId) -> Option<u32> {

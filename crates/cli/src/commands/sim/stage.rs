@@ -27,6 +27,8 @@ const BOOT_NS: u64 = 100_000_000;
 const BOOT_STEP_NS: u64 = 1_000_000;
 /// Real time that simulated time may lag behind before it is let go.
 const LAG: Duration = Duration::from_millis(250);
+/// Simulated time between two samples of the drives, where they are recorded.
+const SAMPLE_NS: u64 = 5_000_000;
 /// How often what was recorded is written to the files.
 const FLUSH: Duration = Duration::from_millis(500);
 
@@ -86,7 +88,13 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+    pub(super) fn new(mut bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+        if log
+            .as_ref()
+            .is_some_and(|log| log.recording.takes_samples())
+        {
+            bus.probe_every(SAMPLE_NS);
+        }
         Stage {
             bit_rate: bus.bit_rate(),
             bus,
@@ -168,10 +176,14 @@ impl Stage {
     /// Moves time to `until` and passes on what happened.
     fn advance(&mut self, until: Instant) -> Result<(), Failure> {
         self.bus.run_until(until);
+        let mut samples = self.bus.take_samples().into_iter().peekable();
         for traffic in self.bus.take_traffic() {
             self.frames += 1;
             self.lively_at = Some(traffic.at);
             if let Some(log) = &mut self.log {
+                while let Some(sample) = samples.next_if(|sample| sample.at <= traffic.at) {
+                    log.write(|recording| recording.sample(&sample))?;
+                }
                 log.write(|recording| recording.frame(&traffic))?;
             }
             let Some(doors) = &mut self.doors else {
@@ -190,7 +202,15 @@ impl Stage {
         {
             self.guests.all_sent(doors);
         }
+        if let Some(log) = &mut self.log {
+            for sample in samples {
+                log.write(|recording| recording.sample(&sample))?;
+            }
+        }
         for notice in self.bus.take_notices() {
+            if let Some(log) = &mut self.log {
+                log.write(|recording| recording.notice(&notice))?;
+            }
             tell(notice);
         }
         if self.bus.bit_rate() != self.bit_rate {
@@ -224,13 +244,14 @@ impl Stage {
                     listen_only,
                     bit_rate,
                 } => {
-                    self.guests.join(client, doors, door, peer, listen_only);
+                    self.guests.join(client, doors, door, &peer, listen_only);
                     self.guests.check_rate(client, bit_rate, common);
                 }
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
-                    self.guests.refuse(doors, door, peer, &reason);
+                    self.guests.refuse(doors, door, &peer, &reason);
                 }
+                Event::Trouble { door, trouble } => self.guests.trouble(doors, door, &trouble),
                 Event::Frame { client: id, frame } => {
                     let Some(client) = self.guests.sends(id) else {
                         continue;

@@ -1,9 +1,10 @@
-//! The outside end: a connection to a bus behind a door.
+//! A connection over TCP: socketcand and slcan, as their clients speak them.
 
+use super::{ConnectionError, Options, Received};
 use crate::endpoint::{Endpoint, Protocol};
 use crate::socketcand::{Messages, Piece, parse_received, write_send};
 use can::Frame;
-use can::slcan::{Answer, Answers, BitRate, Command};
+use can::slcan::{Answer, Answers, Command};
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
 use std::time::Duration;
@@ -11,186 +12,9 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// How a connection is made.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// How long connecting, and each answer while opening the bus, may take. Default: 3 s.
-    pub timeout: Duration,
-    /// Bit rate an slcan adapter is told to use before its channel is opened. `None`, the
-    /// default, leaves it as it is; `servobus sim` takes any.
-    pub bit_rate: Option<BitRate>,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            timeout: Duration::from_secs(3),
-            bit_rate: None,
-        }
-    }
-}
-
-/// A frame from the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Received {
-    /// When the other end saw it, in nanoseconds on the other end's clock (virtual time, if the
-    /// bus is simulated). slcan does not say.
-    pub stamp_ns: Option<u64>,
-    /// The frame.
-    pub frame: Frame,
-}
-
-/// What went wrong with a connection, and what to do about it.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConnectionError {
-    /// Nobody listens there.
-    #[error(
-        "nobody listens at {endpoint}: start `servobus sim` with this address, or check host and \
-         port"
-    )]
-    NobodyThere {
-        /// Where.
-        endpoint: Endpoint,
-    },
-    /// No connection, for another reason.
-    #[error("cannot connect to {endpoint}: {source}; check host, port and network")]
-    Connect {
-        /// Where.
-        endpoint: Endpoint,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// No answer in time.
-    #[error(
-        "{endpoint} gives no {missing} within {timeout:?}: check that a {scheme} server is there",
-        scheme = endpoint.protocol().scheme()
-    )]
-    Timeout {
-        /// Where.
-        endpoint: Endpoint,
-        /// What was waited for.
-        missing: &'static str,
-        /// How long.
-        timeout: Duration,
-    },
-    /// The other end refuses.
-    #[error("{endpoint} refuses: {text}")]
-    Refused {
-        /// Where.
-        endpoint: Endpoint,
-        /// Why, in the other end's words.
-        text: String,
-    },
-    /// The other end does not speak the protocol.
-    #[error(
-        "{endpoint} does not speak {scheme}: {text}; check the port",
-        scheme = endpoint.protocol().scheme()
-    )]
-    Protocol {
-        /// Where.
-        endpoint: Endpoint,
-        /// What it sent.
-        text: String,
-    },
-    /// The other end closed the connection.
-    #[error("{endpoint} closed the connection: did the simulation or the adapter end?")]
-    Closed {
-        /// Where.
-        endpoint: Endpoint,
-    },
-    /// The connection broke.
-    #[error("the connection to {endpoint} broke: {source}")]
-    Broken {
-        /// Where.
-        endpoint: Endpoint,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
-/// Connects to a bus with the default options. See [`connect_with`].
-///
-/// # Errors
-/// As [`connect_with`].
-pub async fn connect(endpoint: &Endpoint) -> Result<Connection, ConnectionError> {
-    connect_with(endpoint, &Options::default()).await
-}
-
-/// Connects to a bus and gets onto it: when this returns, frames flow.
-///
-/// # Errors
-/// Nobody there, no answer in time, refused, or not the expected protocol.
-pub async fn connect_with(
-    endpoint: &Endpoint,
-    options: &Options,
-) -> Result<Connection, ConnectionError> {
-    let connecting = TcpStream::connect((endpoint.host(), endpoint.port()));
-    let endpoint = endpoint.clone();
-    let stream = match timeout(options.timeout, connecting).await {
-        Ok(Ok(stream)) => stream,
-        Ok(Err(error)) if error.kind() == ErrorKind::ConnectionRefused => {
-            return Err(ConnectionError::NobodyThere { endpoint });
-        }
-        Ok(Err(source)) => return Err(ConnectionError::Connect { endpoint, source }),
-        Err(_) => {
-            let timeout = options.timeout;
-            return Err(ConnectionError::Timeout {
-                endpoint,
-                missing: "connection",
-                timeout,
-            });
-        }
-    };
-    // Without it frames are late, but right.
-    let _ = stream.set_nodelay(true);
-    let decoder = match endpoint.protocol() {
-        Protocol::Socketcand => Decoder::Socketcand(Messages::default()),
-        Protocol::Slcan => Decoder::Slcan(Answers::new()),
-    };
-    let mut connection = Connection {
-        endpoint,
-        stream,
-        decoder,
-        arrived: VecDeque::new(),
-        text: Vec::new(),
-    };
-    match connection.endpoint.protocol() {
-        Protocol::Socketcand => {
-            let open = format!("< open {} >", connection.endpoint.channel());
-            connection.expect("greeting", &Told::Hi, options).await?;
-            connection.write(open.as_bytes()).await?;
-            connection
-                .expect("answer to open", &Told::Ok, options)
-                .await?;
-            connection.write(b"< rawmode >").await?;
-            connection
-                .expect("answer to rawmode", &Told::Ok, options)
-                .await?;
-        }
-        Protocol::Slcan => {
-            // The empty line ends whatever a former user left behind. Whether closing is refused,
-            // because nothing was open, makes no difference.
-            connection.ask(Command::Empty, None, options).await?;
-            connection.ask(Command::Close, None, options).await?;
-            if let Some(rate) = options.bit_rate {
-                let refusal = "the adapter does not take this bit rate";
-                connection
-                    .ask(Command::BitRate(rate), Some(refusal), options)
-                    .await?;
-            }
-            let refusal = "the adapter does not open its channel; set a bit rate it takes";
-            connection
-                .ask(Command::Open, Some(refusal), options)
-                .await?;
-        }
-    }
-    Ok(connection)
-}
-
-/// A connection to a bus.
+/// A conversation with a server of either protocol.
 #[derive(Debug)]
-pub struct Connection {
+pub(super) struct Stream {
     endpoint: Endpoint,
     stream: TcpStream,
     decoder: Decoder,
@@ -266,40 +90,92 @@ fn socketcand_message(text: &str) -> Option<Told> {
     }
 }
 
-impl Connection {
-    /// Where this leads.
-    pub fn endpoint(&self) -> &Endpoint {
-        &self.endpoint
+impl Stream {
+    /// Connects and gets onto the bus.
+    pub(super) async fn open(
+        endpoint: &Endpoint,
+        options: &Options,
+    ) -> Result<Stream, ConnectionError> {
+        let connecting = TcpStream::connect((endpoint.host(), endpoint.port()));
+        let endpoint = endpoint.clone();
+        let stream = match timeout(options.timeout, connecting).await {
+            Ok(Ok(stream)) => stream,
+            Ok(Err(error)) if error.kind() == ErrorKind::ConnectionRefused => {
+                return Err(ConnectionError::NobodyThere { endpoint });
+            }
+            Ok(Err(source)) => return Err(ConnectionError::Connect { endpoint, source }),
+            Err(_) => {
+                let timeout = options.timeout;
+                return Err(ConnectionError::Timeout {
+                    endpoint,
+                    missing: "connection",
+                    timeout,
+                });
+            }
+        };
+        // Without it frames are late, but right.
+        let _ = stream.set_nodelay(true);
+        let decoder = match endpoint.protocol() {
+            Protocol::Socketcand => Decoder::Socketcand(Messages::default()),
+            // An interface is no stream, see `connect_with`.
+            Protocol::Slcan | Protocol::SocketCan => Decoder::Slcan(Answers::new()),
+        };
+        let mut connection = Stream {
+            endpoint,
+            stream,
+            decoder,
+            arrived: VecDeque::new(),
+            text: Vec::new(),
+        };
+        match connection.decoder {
+            Decoder::Socketcand(_) => {
+                let open = format!("< open {} >", connection.endpoint.channel());
+                connection.expect("greeting", &Told::Hi, options).await?;
+                connection.write(open.as_bytes()).await?;
+                connection
+                    .expect("answer to open", &Told::Ok, options)
+                    .await?;
+                connection.write(b"< rawmode >").await?;
+                connection
+                    .expect("answer to rawmode", &Told::Ok, options)
+                    .await?;
+            }
+            Decoder::Slcan(_) => {
+                // The empty line ends whatever a former user left behind. Whether closing is refused,
+                // because nothing was open, makes no difference.
+                connection.ask(Command::Empty, None, options).await?;
+                connection.ask(Command::Close, None, options).await?;
+                if let Some(rate) = options.bit_rate {
+                    let refusal = "the adapter does not take this bit rate";
+                    connection
+                        .ask(Command::BitRate(rate), Some(refusal), options)
+                        .await?;
+                }
+                let refusal = "the adapter does not open its channel; set a bit rate it takes";
+                connection
+                    .ask(Command::Open, Some(refusal), options)
+                    .await?;
+            }
+        }
+        Ok(connection)
     }
 
-    /// Sends a frame. Returns when the system has taken it, which may be long before it is on the
-    /// bus; waits while the other end takes no more. Frames that come in meanwhile are kept for
-    /// [`Connection::receive`].
-    ///
-    /// Must not be cancelled: half a message would spoil the next. Over socketcand a remote frame
-    /// goes out as `sendrtr`, which old servers do not know.
-    ///
-    /// # Errors
-    /// The connection is closed or broken.
-    pub async fn send(&mut self, frame: Frame) -> Result<(), ConnectionError> {
+    /// Sends a frame. Waits while the other end takes no more; frames that come in meanwhile are
+    /// kept.
+    pub(super) async fn send(&mut self, frame: Frame) -> Result<(), ConnectionError> {
         let mut text = std::mem::take(&mut self.text);
         text.clear();
-        match self.endpoint.protocol() {
-            Protocol::Socketcand => write_send(&mut text, &frame),
-            Protocol::Slcan => text.extend_from_slice(Command::Send(frame).encode().as_bytes()),
+        match &self.decoder {
+            Decoder::Socketcand(_) => write_send(&mut text, &frame),
+            Decoder::Slcan(_) => text.extend_from_slice(Command::Send(frame).encode().as_bytes()),
         }
         let sent = self.write(&text).await;
         self.text = text;
         sent
     }
 
-    /// The next frame from the bus; waits for it. May be cancelled without losing anything, so it
-    /// fits into `select!` and `timeout`.
-    ///
-    /// # Errors
-    /// The connection is closed or broken, or the other end reports an error: then the next call
-    /// goes on behind it.
-    pub async fn receive(&mut self) -> Result<Received, ConnectionError> {
+    /// The next frame; waits for it. May be cancelled without losing anything.
+    pub(super) async fn receive(&mut self) -> Result<Received, ConnectionError> {
         loop {
             match self.next().await? {
                 Told::Frame(received) => return Ok(received),
