@@ -261,6 +261,28 @@ pub(crate) fn segments_twice() {
     assert_eq!(master.bench.owner.taken, expected);
 }
 
+/// A client that repeats the announcement has not heard its answer, and gets it again.
+pub(crate) fn announced_again() {
+    let mut master = Master::new();
+    let announcement = initiate(0xC2, STREAM, 7);
+    for _ in 0..3 {
+        assert_eq!(master.ask(&announcement), initiate(0xA4, STREAM, 127));
+    }
+    assert_eq!(master.ask(&segment(0x81, b"segment"))[..2], [0xA2, 1]);
+    assert_eq!(master.end_blocks(0, 0), Ok(()));
+    let begun = Call::Begin(STREAM, Some(7));
+    let calls = [
+        begun.clone(),
+        Call::Abort(STREAM, Abort::GENERAL),
+        begun.clone(),
+        Call::Abort(STREAM, Abort::GENERAL),
+        begun,
+        Call::Bytes(0, b"segment".to_vec()),
+        Call::End(STREAM, 7),
+    ];
+    assert_eq!(master.bench.owner.take_calls(), calls);
+}
+
 /// A client that repeats a block's last segment after a silence has not heard its acknowledge, and
 /// gets it again: of a block, and of the last one.
 pub(crate) fn acknowledges_lost() {

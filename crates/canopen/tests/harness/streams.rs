@@ -45,6 +45,8 @@ pub struct Streams {
     pub calls: Vec<Call>,
     /// What the last download gave, ended or not.
     pub taken: Vec<u8>,
+    /// What downloads that have ended gave.
+    pub ended: Vec<Vec<u8>>,
     /// Counted by every publication: the live objects show it.
     pub published: u32,
     /// Downloads that have begun: bytes so far.
@@ -64,6 +66,7 @@ impl Default for Streams {
             is_unreadable: false,
             calls: Vec::new(),
             taken: Vec::new(),
+            ended: Vec::new(),
             published: 0,
             open: BTreeMap::new(),
         }
@@ -166,6 +169,7 @@ impl Owner for Streams {
         self.calls.push(Call::End(object, size));
         let count = self.open.remove(&object);
         assert_eq!(count, Some(size), "it has begun, and all has come");
+        self.ended.push(self.taken.clone());
         self.end
     }
 
