@@ -35,14 +35,14 @@ impl<M: NodeMemory> Node<M> {
         let transfer = self.server(n).transfer;
         self.server(n).transfer.has_begun = true;
         let in_order = number == transfer.next;
-        if !transfer.has_begun && !in_order && transfer.held == Some(bytes) {
-            // The last segment of the block before once more, most likely: it ends no block.
-            if self.acknowledges_again(n, now) {
+        if !transfer.has_begun && !in_order {
+            // What comes first of a block does not end it: it may be the second copy of the segment
+            // that ended the block before. If it is not, silence follows.
+            if transfer.held == Some(bytes) && self.acknowledges_again(n, now) {
                 self.server(n).transfer.has_begun = false;
-            } else {
-                self.await_segment(n, now);
+                return;
             }
-            return;
+            return self.await_segment(n, now);
         }
         if in_order {
             // The one before it was not the last, so all of it counts.
