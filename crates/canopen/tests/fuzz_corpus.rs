@@ -26,3 +26,8 @@ fn frames() {
 fn lss() {
     replay("lss", harness::lss::run);
 }
+
+#[test]
+fn sdo_server() {
+    replay("sdo_server", harness::sdo_server::run);
+}

@@ -12,6 +12,7 @@ pub mod devices;
 pub mod full;
 pub mod lss;
 pub mod script;
+pub mod sdo_server;
 pub mod streams;
 
 pub use bench::{Bench, ID, Recorder};
