@@ -189,7 +189,8 @@ fn next(world: &World, n: usize, input: &mut &[u8]) -> Option<[u8; 8]> {
         }
         Phase::Upload { toggle } => bytes(0x60 | toggle ^ wrong << 4),
         Phase::BlockDownload { block } => {
-            let number = (block.len() as u8 + 1 + wrong * (how >> 4 & 3)) & 0x7F;
+            let number = (block.len() + 1) as u8;
+            let number = number.wrapping_add(wrong * (how >> 4 & 3)) & 0x7F;
             let left = client.announced.map(|all| {
                 let before =
                     client.data.len() + 7 * (block.len() + usize::from(!client.data.is_empty()));
