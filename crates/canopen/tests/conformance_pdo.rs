@@ -112,4 +112,5 @@ const RULES: &[Rule] = &[
     rule("PDO-79", "CiA 301 7.5.2.35", "Sub-index 4 does not exist: 0x06090011", parameters::no_sub_index_4),
     rule("PDO-80", "CiA 301 7.5.2.35", "Sub-index 0 is the highest sub-index, and constant", parameters::highest_sub_index),
     rule("PDO-81", "CiA 301 7.5.2.35", "Bit 31 of a COB-ID switches a PDO off and on at once", parameters::off_takes_effect),
+    rule("PDO-82", "CiA 301 7.5.2.37", "A TPDO that was withdrawn before it was sent inhibits nothing", transmit::inhibit_time_of_what_is_sent),
 ];

@@ -230,6 +230,22 @@ pub(crate) fn inhibit_time_survives_a_type() {
     assert_eq!(stand.wait_ms(20), [(10_000, 0x185, vec![1])]);
 }
 
+pub(crate) fn inhibit_time_of_what_is_sent() {
+    for act in [
+        (|stand: &mut Stand| {
+            stand.give(&crate::harness::stand::frame(0, &[0x80, 5]));
+            stand.give(&crate::harness::stand::frame(0, &[0x01, 5]));
+        }) as fn(&mut Stand),
+        |stand| stand.must(0x1800, 2, 254),
+    ] {
+        let mut stand = with(255, 100, 0, 0);
+        stand.node.trigger(0, stand.now, &mut stand.host);
+        act(&mut stand);
+        assert_eq!(stand.drain(), []);
+        assert_eq!(stand.trigger(0), one(0));
+    }
+}
+
 pub(crate) fn inhibit_time_is_fixed() {
     let mut stand = with(255, 10, 0, 0);
     assert_eq!(stand.write(0x1800, 3, 11), Err(INVALID));
