@@ -175,8 +175,21 @@ impl<M: NodeMemory> Node<M> {
         Some(emergency)
     }
 
+    /// Reads 0x1028: whether any node's emergencies are listened for.
+    pub(crate) fn read_emcy_consumers(&mut self) {
+        let Some(run) = self.device.objects.emcy_consumers else {
+            return;
+        };
+        self.hears_emergencies = (0..run.count)
+            .map(|n| CobId(self.raw(run.nth(n))))
+            .any(|cob_id| cob_id.0 != 0 && !cob_id.is_off());
+    }
+
     /// A frame that may be the emergency of a node in 0x1028; whether it is.
     pub(crate) fn receive_emergency(&mut self, key: u32, data: &[u8], events: &mut Events) -> bool {
+        if !self.hears_emergencies {
+            return false;
+        }
         let Some(run) = self.device.objects.emcy_consumers else {
             return false;
         };

@@ -58,6 +58,8 @@ pub struct Node<M> {
     pub(crate) has_event_pdos: bool,
     pub(crate) emergencies: EmergencyQueue,
     pub(crate) emcy_exists: bool,
+    /// 0x1028 names a node whose emergencies are listened for.
+    pub(crate) hears_emergencies: bool,
     pub(crate) received: Option<(NodeId, Emergency)>,
     /// Errors of SYNC and error control; those of the PDOs are with them.
     pub(crate) service_errors: CommunicationErrors,
@@ -94,6 +96,7 @@ impl<M: NodeMemory> Node<M> {
             has_event_pdos: false,
             emergencies: EmergencyQueue::EMPTY,
             emcy_exists: false,
+            hears_emergencies: false,
             received: None,
             service_errors: CommunicationErrors::NOTHING,
             errors: CommunicationErrors::NOTHING,
@@ -263,7 +266,7 @@ impl<M: NodeMemory> Node<M> {
         if self.heartbeat.take_due(now) {
             self.outbox.post(Slot::ErrorControl);
         }
-        if is_due(self.sync.window_due) {
+        if is_due(self.sync.window_due()) {
             self.close_window(&mut events);
         }
         if is_due(self.sync.due) {
@@ -291,7 +294,7 @@ impl<M: NodeMemory> Node<M> {
             .heartbeat
             .due
             .min(self.sync.due)
-            .min(self.sync.window_due)
+            .min(self.sync.window_due())
             .min(self.guarding.due)
             .min(self.emergencies.due);
         for server in &self.servers {

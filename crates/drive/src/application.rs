@@ -12,15 +12,6 @@ use crate::parameters::{LoopParameters, read_parameters};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
-/// What the drive's memory is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Storage {
-    /// 0x1010.
-    Save(store::Request),
-    /// 0x1011.
-    Restore(store::Request),
-}
-
 /// Everything about the drive that is not CANopen itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Application {
@@ -39,7 +30,9 @@ pub(crate) struct Application {
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
-    pub(crate) storage_request: Option<Storage>,
+    /// What of the parameters is to be saved, or with `restores` put back to its defaults.
+    pub(crate) storage_request: Option<store::Request>,
+    pub(crate) restores: bool,
     /// The program is stopped: the power stage stays off.
     is_stopped: bool,
     /// A program is to be started: with it the node starts over.
@@ -72,6 +65,7 @@ impl Application {
             new_parameters: true,
             new_position: None,
             storage_request: None,
+            restores: false,
             is_stopped: false,
             restart: false,
         };
@@ -300,7 +294,8 @@ impl Application {
                 Err(abort) => return Verdict::Refuse(abort),
             }
         };
-        self.storage_request = Some(Storage::Save(request));
+        self.storage_request = Some(request);
+        self.restores = false;
         Verdict::Later
     }
 
@@ -336,7 +331,8 @@ impl Application {
             0x1010 => self.write_store(object, raw),
             0x1011 => match store::Request::from_restore(object.sub, raw) {
                 Ok(request) => {
-                    self.storage_request = Some(Storage::Restore(request));
+                    self.storage_request = Some(request);
+                    self.restores = true;
                     Verdict::Later
                 }
                 Err(abort) => Verdict::Refuse(abort),

@@ -6,15 +6,15 @@ use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMe
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
-use crate::application::{Application, Storage};
+use crate::application::Application;
 use crate::faults::CommunicationErrors;
 use crate::serving::Serving;
 use crate::{Hardware, Health, Host, ParameterError, PwmTiming};
 
 /// Interval of the axis's tick, ns.
 const TICK_NS: u64 = 1_000_000;
-/// From the acknowledge of "start program" to the restart, which would take it off the bus, ms.
-const RESTART_MS: u64 = 10;
+/// From the acknowledge of "start program" to the restart, which would take it off the bus.
+const RESTART_TICKS: u8 = 10;
 
 // Image, node and axis of a P3 on a microcontroller.
 #[cfg(target_pointer_width = "32")]
@@ -44,8 +44,8 @@ pub struct Comms<M> {
     node: Node<M>,
     application: Application,
     reset: Option<Reset>,
-    /// When the node starts over with another program.
-    restart_at: Instant,
+    /// Ticks until the node starts over with another program; 0: it does not.
+    restart_in: u8,
     /// The controller has been off the bus since the last poll.
     was_bus_off: bool,
     next_tick: Instant,
@@ -90,7 +90,7 @@ impl<M: NodeMemory> Comms<M> {
             node,
             application,
             reset: None,
-            restart_at: Instant::NEVER,
+            restart_in: 0,
             was_bus_off: false,
             next_tick: Instant::NEVER,
         };
@@ -128,6 +128,14 @@ impl<M: NodeMemory> Comms<M> {
             // After a pause there is one tick, not a burst.
             let due = self.next_tick.plus_ns(TICK_NS);
             self.next_tick = if due > now { due } else { now.plus_ns(TICK_NS) };
+            match self.restart_in {
+                0 => {}
+                1 => {
+                    self.restart_in = 0;
+                    self.reset = Some(Reset::Node);
+                }
+                _ => self.restart_in -= 1,
+            }
             self.report_communication();
             self.application.tick(&self.node.image(), now);
             self.announce(now);
@@ -146,19 +154,13 @@ impl<M: NodeMemory> Comms<M> {
             self.node
                 .communication_error(now, &mut serving, &mut events);
         }
-        if now >= self.restart_at && self.restart_at != Instant::NEVER {
-            self.restart_at = Instant::NEVER;
-            self.reset = Some(Reset::Node);
-        }
         self.handle(events, now);
     }
 
     /// When [`Comms::poll`] must be called next.
     #[inline]
     pub fn next_deadline(&self) -> Instant {
-        self.next_tick
-            .min(self.node.next_deadline())
-            .min(self.restart_at)
+        self.next_tick.min(self.node.next_deadline())
     }
 
     /// The next frame to send, if there is one.
@@ -201,9 +203,10 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        Some(match self.application.storage_request.take()? {
-            Storage::Save(request) => Request::Store(request),
-            Storage::Restore(request) => Request::Restore(request),
+        let request = self.application.storage_request.take()?;
+        Some(match self.application.restores {
+            true => Request::Restore(request),
+            false => Request::Store(request),
         })
     }
 
@@ -306,7 +309,7 @@ impl<M: NodeMemory> Comms<M> {
             self.report_communication();
         }
         if core::mem::take(&mut self.application.restart) {
-            self.restart_at = now.plus_ms(RESTART_MS);
+            self.restart_in = RESTART_TICKS;
         }
         self.announce(now);
     }

@@ -93,10 +93,11 @@ pub(crate) struct FaultManager {
     position: Option<i32>,
     /// Ticks until the control half shows a position by its new name.
     renaming: u8,
-    /// The last SYNC, or when the time-out was switched on.
-    sync_since: Option<Instant>,
-    supply_high_since: Option<Instant>,
-    supply_low_since: Option<Instant>,
+    /// The last SYNC, or when the time-out was switched on; never: it is off.
+    sync_since: Instant,
+    /// Since when the supply has been too high, and too low; never: it is not.
+    supply_high_since: Instant,
+    supply_low_since: Instant,
 }
 
 impl FaultManager {
@@ -110,9 +111,9 @@ impl FaultManager {
             cleared: 0,
             position: None,
             renaming: 0,
-            sync_since: None,
-            supply_high_since: None,
-            supply_low_since: None,
+            sync_since: Instant::NEVER,
+            supply_high_since: Instant::NEVER,
+            supply_low_since: Instant::NEVER,
         }
     }
 
@@ -143,7 +144,7 @@ impl FaultManager {
 
     /// A SYNC was received.
     pub(crate) fn sync(&mut self, now: Instant) {
-        self.sync_since = Some(now);
+        self.sync_since = now;
     }
 
     /// Judges every row. Whether a fault has newly come.
@@ -264,9 +265,9 @@ impl FaultManager {
     /// A cause that is not looked for starts its time anew when it is again.
     fn forget(&mut self, cause: Cause) {
         match cause {
-            Cause::BusOverVoltage => self.supply_high_since = None,
-            Cause::BusUnderVoltage => self.supply_low_since = None,
-            Cause::SyncLoss => self.sync_since = None,
+            Cause::BusOverVoltage => self.supply_high_since = Instant::NEVER,
+            Cause::BusUnderVoltage => self.supply_low_since = Instant::NEVER,
+            Cause::SyncLoss => self.sync_since = Instant::NEVER,
             Cause::PositionWrapped => self.position = None,
             _ => {}
         }
@@ -304,8 +305,8 @@ impl FaultManager {
             }
             Cause::AmplifierTemperature => feedback.temperature_c > threshold,
             Cause::SyncLoss => {
-                let since = *self.sync_since.get_or_insert(now);
-                now.since_ns(since) as f32 > threshold * 1e9
+                self.sync_since = self.sync_since.min(now);
+                now.since_ns(self.sync_since) as f32 > threshold * 1e9
             }
             Cause::VelocityTrackingWarning => conditions.velocity_warning,
             Cause::VelocityTrackingFault => conditions.velocity_fault,
@@ -363,10 +364,12 @@ fn wrapped(before: i32, now: i32) -> bool {
 }
 
 /// Whether `is` has been so for `ns`.
-fn lasts(since: &mut Option<Instant>, is: bool, now: Instant, ns: u64) -> bool {
+fn lasts(since: &mut Instant, is: bool, now: Instant, ns: u64) -> bool {
     if !is {
-        *since = None;
+        *since = Instant::NEVER;
         return false;
     }
-    now.since_ns(*since.get_or_insert(now)) > ns
+    // "Never" is later than anything.
+    *since = (*since).min(now);
+    now.since_ns(*since) > ns
 }

@@ -33,6 +33,7 @@ impl<M: NodeMemory> Node<M> {
                 self.read_consumers();
                 self.sum_up_monitor(events);
             }
+            (0x1028, _) => self.read_emcy_consumers(),
             (0x1017, 0) => self.read_heartbeat_parameters(now, events),
             (0x1201..=0x127F, _) => self.read_sdo_parameters(),
             _ => match PdoParameter::of(address.index) {
@@ -69,6 +70,7 @@ impl<M: NodeMemory> Node<M> {
         self.read_time_parameters();
         self.read_emcy_parameters(now);
         self.read_consumers();
+        self.read_emcy_consumers();
         self.read_heartbeat_parameters(now, &mut events);
         self.read_sdo_parameters();
         for n in 0..PDOS {
