@@ -124,6 +124,7 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
+    #[inline]
     fn gather_checked<O: Owner>(
         &mut self,
         n: u8,
