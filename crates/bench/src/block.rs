@@ -109,7 +109,7 @@ impl Script {
 }
 
 /// Runs `transfers` transfers between a pair. Each is compared byte for byte, as both ends see it;
-/// the comparison costs less than a tenth of an instruction a byte.
+/// the two comparisons cost less than a third of an instruction a byte.
 ///
 /// # Errors
 /// The first end that is wrong about what was transferred.
