@@ -145,7 +145,12 @@ fn errors_of_communication_are_warnings_in_bit_4() {
 
 #[test]
 fn its_dialects_are_the_standards() {
-    assert_eq!(P3_EXTENDED.device.dialect, canopen::Dialect::STANDARD);
+    let canopen = canopen::Dialect {
+        // 0x1F80 says whether, and holds it back at first.
+        boots_to_operational: true,
+        ..canopen::Dialect::STANDARD
+    };
+    assert_eq!(P3_EXTENDED.device.dialect, canopen);
     let standard = cia402::Dialect {
         modes: P3.cia402.modes,
         ..cia402::Dialect::STANDARD
