@@ -34,3 +34,8 @@ fn pdo_config() {
 fn lss() {
     replay("lss", harness::lss::run);
 }
+
+#[test]
+fn sdo_server() {
+    replay("sdo_server", harness::sdo_server::run);
+}

@@ -5,7 +5,7 @@ use can::Frame;
 use super::{Phase, SdoServer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
-use crate::{Abort, Dialect, Events, Instant, Node, NodeMemory, Owner, SdoTransfers};
+use crate::{Abort, Address, Dialect, Events, Instant, Node, NodeMemory, Owner, SdoTransfers};
 
 /// A block whose segments have ceased for so long is acknowledged as far as it came, once: its last
 /// segment was lost, and the client waits for that acknowledge.
@@ -35,14 +35,14 @@ impl<M: NodeMemory> Node<M> {
         let transfer = self.server(n).transfer;
         self.server(n).transfer.has_begun = true;
         let in_order = number == transfer.next;
-        if !transfer.has_begun && !in_order && transfer.held == Some(bytes) {
-            // The last segment of the block before once more, most likely: it ends no block.
-            if self.acknowledges_again(n, now) {
+        if !transfer.has_begun && !in_order {
+            // What comes first of a block does not end it: it may be the second copy of the segment
+            // that ended the block before. If it is not, silence follows.
+            if transfer.held == Some(bytes) && self.acknowledges_again(n, now) {
                 self.server(n).transfer.has_begun = false;
-            } else {
-                self.await_segment(n, now);
+                return;
             }
-            return;
+            return self.await_segment(n, now);
         }
         if in_order {
             // The one before it was not the last, so all of it counts.
@@ -166,6 +166,7 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
+    #[inline]
     fn gather_checked<O: Owner>(
         &mut self,
         n: u8,
@@ -189,6 +190,18 @@ impl SdoServer {
         self.transfer.block_size = block_size;
         let address = self.transfer.address;
         self.answer(0xA4, address, u32::from(block_size));
+    }
+
+    /// Whether `frame` announces once more the blocks of which none has begun: its client has not
+    /// heard that they may come. (Else it would be segment 64 or so, out of order.)
+    pub(crate) fn is_announced_again(&self, frame: &Frame) -> bool {
+        let transfer = &self.transfer;
+        let [command, low, high, sub, ..] = frame.bytes();
+        let object = Address::new(u16::from_le_bytes([low, high]), sub);
+        transfer.held.is_none()
+            && !transfer.has_begun
+            && command & 0xE1 == 0xC0
+            && object == transfer.address
     }
 
     /// Acknowledges the end.

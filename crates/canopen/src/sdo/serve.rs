@@ -2,7 +2,7 @@
 
 use can::Frame;
 
-use super::{Phase, Request, SdoServer, Size, Wait};
+use super::{Phase, Request, SdoServer, Size, Transfer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::row::flag;
@@ -54,7 +54,8 @@ impl<M: NodeMemory> Node<M> {
         owner: &mut O,
         events: &mut Events,
     ) {
-        if self.server(n).transfer.phase == Phase::BlockDownload && frame.len() == 8 {
+        let in_block = self.server(n).transfer.phase == Phase::BlockDownload;
+        if in_block && frame.len() == 8 && !self.server(n).is_announced_again(frame) {
             return self.block_segment(n, frame.bytes(), now, owner);
         }
         let Some(request) = Request::parse(frame, &self.device.dialect) else {
@@ -74,8 +75,10 @@ impl<M: NodeMemory> Node<M> {
                 if self.is_last_segment_again(n, frame, now) {
                     return;
                 }
-                if self.server(n).is_idle() {
-                    // What an abort names when there is no transfer whose object it could name.
+                let is_short = self.device.dialect.sdo == SdoTransfers::Expedited;
+                if is_short && self.server(n).is_idle() {
+                    // An abort names the object of the transfer, over or not. Here there are none, so
+                    // that it names what stands where an object would.
                     let named = Address::new(u16::from_le_bytes([low, high]), sub);
                     self.server(n).transfer.address = named;
                 }
@@ -348,6 +351,16 @@ impl<M: NodeMemory> Node<M> {
             0 => first,
             1 => second,
             _ => third,
+        }
+    }
+
+    /// The transfer of server `n`.
+    pub(crate) fn transfer(&self, n: u8) -> &Transfer {
+        let [first, second, third] = &self.servers;
+        match n {
+            0 => &first.transfer,
+            1 => &second.transfer,
+            _ => &third.transfer,
         }
     }
 

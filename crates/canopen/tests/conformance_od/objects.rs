@@ -1,12 +1,12 @@
 //! The objects of CiA 301 7.5.2 that concern no service.
 
-use canopen::store::{self, Request, SIGNATURE};
+use canopen::store::{self, RESTORE_SIGNATURE, Request, SIGNATURE};
 use canopen::{Address, Device, Image, Node, NodeId, Owner, Verdict};
 
 use crate::harness::{Bench, FULL, ID, Streams};
 use crate::master::{Master, characters, initiate, number};
 
-/// An owner that stores what 0x1010 asks for.
+/// An owner that notes what 0x1010 and 0x1011 ask for.
 #[derive(Debug, Default)]
 struct Storing {
     asked: Vec<Request>,
@@ -14,9 +14,13 @@ struct Storing {
 
 impl Owner for Storing {
     fn write(&mut self, _: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
-        assert_eq!(object.index, 0x1010);
         let value = u32::from_le_bytes(new.try_into().expect("four bytes"));
-        match Request::from_write(object.sub, value) {
+        let request = match object.index {
+            0x1010 => Request::from_write(object.sub, value),
+            0x1011 => Request::from_restore(object.sub, value),
+            other => panic!("{other:04X} asks"),
+        };
+        match request {
             Ok(request) => {
                 self.asked.push(request);
                 Verdict::Done
@@ -181,12 +185,22 @@ fn storing(device: &'static Device) -> Bench<Storing> {
     Bench::with(device, Storing::default())
 }
 
-pub(crate) fn the_signature() {
+pub(crate) fn the_signature_to_store() {
+    the_signature(0x1010, b"save", SIGNATURE);
+}
+
+pub(crate) fn the_signature_to_restore() {
+    the_signature(0x1011, b"load", RESTORE_SIGNATURE);
+}
+
+fn the_signature(index: u16, signature: &[u8; 4], number: u32) {
+    assert_eq!(number.to_le_bytes(), *signature);
     let mut bench = storing(&FULL);
+    let reversed = number.swap_bytes();
     for sub in 1..=3 {
-        assert_eq!(bench.read(0x1010, sub), Ok(1), "stores on command");
-        for wrong in [0, 1, 0x7361_7665, 0x6576_6153, 0x6461_6F6C, SIGNATURE + 1] {
-            let refused = bench.write(0x1010, sub, &wrong.to_le_bytes());
+        assert_eq!(bench.read(index, sub), Ok(1), "on command");
+        for wrong in [0, 1, reversed, number ^ 0x20, number + 1] {
+            let refused = bench.write(index, sub, &wrong.to_le_bytes());
             assert_eq!(refused, Err(0x0800_0020), "{wrong:08X}");
         }
     }
@@ -196,13 +210,35 @@ pub(crate) fn the_signature() {
         (2, Request::Communication),
         (3, Request::Application),
     ] {
-        assert_eq!(bench.write(0x1010, sub, b"save"), Ok(()));
+        assert_eq!(bench.write(index, sub, signature), Ok(()));
         assert_eq!(bench.owner.asked.pop(), Some(request));
-        assert_eq!(bench.read(0x1010, sub), Ok(1), "it is no value");
+        assert_eq!(bench.read(index, sub), Ok(1), "it is no value");
     }
-    assert_eq!(bench.write(0x1010, 4, b"save"), Err(0x0609_0011));
-    assert_eq!(bench.write(0x1010, 0, &[3]), Err(0x0601_0002));
-    assert_eq!(bench.write(0x1010, 1, b"sav"), Err(0x0607_0013));
+    assert_eq!(bench.write(index, 4, signature), Err(0x0609_0011));
+    assert_eq!(bench.write(index, 0, &[3]), Err(0x0601_0002));
+    assert_eq!(bench.write(index, 1, &signature[..3]), Err(0x0607_0013));
+}
+
+/// Defaults are there after the next start, not before; of what was restored only.
+pub(crate) fn restored_defaults() {
+    for (request, communication, application) in [
+        (Request::All, false, false),
+        (Request::Communication, false, true),
+        (Request::Application, true, false),
+    ] {
+        let mut master = changed();
+        let stored = saved(&mut master, Request::All, &[]);
+        let mut out = vec![0; 8192];
+        let used = store::restore(&FULL.table, request, &stored, &mut out).expect("room");
+        assert_eq!(value(&mut master, 0x1017, 0), 500, "as long as it runs");
+        let (mut master, _) = restarted(&out[..used], ID);
+        let text = Address::new(0x2010, 1);
+        let is = (
+            value(&mut master, 0x1017, 0) == 500,
+            master.upload(text) == Ok(b"a text that is kept".to_vec()),
+        );
+        assert_eq!(is, (communication, application), "{request:?}");
+    }
 }
 
 pub(crate) fn stored_values_come_back() {

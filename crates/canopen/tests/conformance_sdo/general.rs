@@ -188,6 +188,10 @@ pub(crate) fn steps_without_a_transfer_are_aborted() {
         assert_eq!(answer[0], 0x80, "{command:02X}");
         assert_eq!(answer[4..], [0x01, 0x00, 0x04, 0x05], "{command:02X}");
         master.is_usable();
+        // After a transfer it names that one's object: the client believes that it goes on.
+        assert_eq!(master.download(TEXT, b"a text", true), Ok(()));
+        let answer = master.ask(&[command, 1, 1, 0, 0, 0, 0, 0]);
+        assert_eq!(answer, abort(TEXT, Abort::COMMAND), "{command:02X}");
     }
 }
 

@@ -13,6 +13,7 @@ pub mod devices;
 pub mod full;
 pub mod lss;
 pub mod script;
+pub mod sdo_server;
 pub mod stand;
 pub mod streams;
 

@@ -45,10 +45,12 @@ pub struct Streams {
     pub calls: Vec<Call>,
     /// What the last download gave, ended or not.
     pub taken: Vec<u8>,
+    /// What downloads that have ended gave.
+    pub ended: Vec<Vec<u8>>,
     /// Counted by every publication: the live objects show it.
     pub published: u32,
     /// Downloads that have begun: bytes so far.
-    open: BTreeMap<Address, u32>,
+    open: BTreeMap<Address, Vec<u8>>,
 }
 
 impl Default for Streams {
@@ -64,6 +66,7 @@ impl Default for Streams {
             is_unreadable: false,
             calls: Vec::new(),
             taken: Vec::new(),
+            ended: Vec::new(),
             published: 0,
             open: BTreeMap::new(),
         }
@@ -87,6 +90,11 @@ impl Streams {
     /// The owner itself refuses what it had said it would begin later.
     pub fn give_up(&mut self) {
         self.open.clear();
+    }
+
+    /// The same of one object.
+    pub fn forget(&mut self, object: Option<Address>) {
+        self.open.retain(|open, _| Some(*open) != object);
     }
 
     /// What was asked since the last time.
@@ -142,7 +150,7 @@ impl Owner for Streams {
         assert!(Streams::is_stream(object), "{object} is no stream");
         self.calls.push(Call::Begin(object, size));
         if !matches!(self.begin, Verdict::Refuse(_)) {
-            let before = self.open.insert(object, 0);
+            let before = self.open.insert(object, Vec::new());
             assert_eq!(before, None, "{object} is being written already");
             self.taken.clear();
         }
@@ -151,10 +159,10 @@ impl Owner for Streams {
 
     fn stream_write(&mut self, object: Address, at: u32, bytes: &[u8]) -> Result<(), Abort> {
         self.calls.push(Call::Bytes(at, bytes.to_vec()));
-        let count = self.open.get_mut(&object).expect("it has begun");
-        assert_eq!(*count, at, "without gaps");
-        *count += bytes.len() as u32;
-        if *count > self.full_at {
+        let so_far = self.open.get_mut(&object).expect("it has begun");
+        assert_eq!(so_far.len() as u32, at, "without gaps");
+        so_far.extend_from_slice(bytes);
+        if so_far.len() as u32 > self.full_at {
             self.open.remove(&object);
             return Err(Abort::HARDWARE);
         }
@@ -164,14 +172,15 @@ impl Owner for Streams {
 
     fn stream_end(&mut self, object: Address, size: u32) -> Verdict {
         self.calls.push(Call::End(object, size));
-        let count = self.open.remove(&object);
-        assert_eq!(count, Some(size), "it has begun, and all has come");
+        let all = self.open.remove(&object).expect("it has begun");
+        assert_eq!(all.len() as u32, size, "all has come");
+        self.ended.push(all);
         self.end
     }
 
     fn stream_abort(&mut self, object: Address, why: Abort) {
         self.calls.push(Call::Abort(object, why));
-        let count = self.open.remove(&object);
-        assert!(count.is_some(), "{object}: nothing to abort ({why})");
+        let begun = self.open.remove(&object);
+        assert!(begun.is_some(), "{object}: nothing to abort ({why})");
     }
 }
