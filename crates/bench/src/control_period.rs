@@ -31,7 +31,11 @@ pub(crate) fn new() -> impl FnMut() -> Duty<f32> {
     for request in requests {
         let mut bytes = [0; 8];
         bytes[..request.len()].copy_from_slice(request);
-        drive.receive(&can::Frame::classic(0x601, bytes, request.len() as u8), now);
+        drive.receive(
+            &can::Frame::classic(0x601, bytes, request.len() as u8),
+            now,
+            &mut drive::NoHost,
+        );
     }
     let mut period = move |drive: &mut Drive<Vec<u8>>| {
         let duty = drive.control_period(&plant.sample());
@@ -45,7 +49,7 @@ pub(crate) fn new() -> impl FnMut() -> Duty<f32> {
     for _ in 0..10_000 {
         period(&mut drive);
         now = now.plus_us(50);
-        drive.poll(now);
+        drive.poll(now, &mut drive::NoHost);
     }
     let velocity = drive.feedback().velocity_reported;
     assert!((velocity - 136_533.0).abs() < 5_000.0, "{velocity}");

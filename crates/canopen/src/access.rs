@@ -48,8 +48,11 @@ impl<M: NodeMemory> Node<M> {
         }
         image.set_raw(entry.field, raw);
         events.changed.insert(entry.class);
+        if entry.has(flag::STORED) {
+            self.is_reconfigured = address.index != 0x1020;
+        }
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
             if let 0x1201..=0x127F = address.index {
                 self.drop_switched_off(owner);
             }
@@ -97,8 +100,11 @@ impl<M: NodeMemory> Node<M> {
         image.set_bytes(entry.field, new);
         self.replaced(entry.field);
         events.changed.insert(entry.class);
+        if entry.has(flag::STORED) {
+            self.is_reconfigured = address.index != 0x1020;
+        }
         if entry.has(flag::NODE) {
-            self.communication_changed(address, now);
+            self.communication_changed(address, now, events);
         }
         Ok(Written::Now)
     }

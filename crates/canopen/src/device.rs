@@ -48,6 +48,7 @@ pub struct CommunicationObjects {
     pub(crate) heartbeat_ms: Option<Handle<u16>>,
     pub(crate) emcy_consumers: Option<Run>,
     pub(crate) error_behaviour: Option<Handle<u8>>,
+    pub(crate) verification: Option<Run>,
     pub(crate) startup: Option<Handle<u32>>,
     /// The servers after the default one: 0x1201 and on.
     pub(crate) sdo: [Option<SdoObjects>; SDO_SERVERS - 1],
@@ -164,6 +165,7 @@ impl CommunicationObjects {
             heartbeat_ms: dictionary.optional(0x1017, 0),
             emcy_consumers: Run::of(dictionary, 0x1028),
             error_behaviour: dictionary.optional(0x1029, 1),
+            verification: Run::of(dictionary, 0x1020),
             startup: dictionary.optional(0x1F80, 0),
             sdo,
             rpdo,

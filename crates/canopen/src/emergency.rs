@@ -144,24 +144,26 @@ impl<M: NodeMemory> Node<M> {
 
     /// Lets the next emergency go, or notes when it may.
     pub(crate) fn release_emergency(&mut self, now: Instant) {
+        let waits = self.outbox.is_waiting(Slot::Emergency);
         let queue = &mut self.emergencies;
-        if queue.is_empty() || self.outbox.is_waiting(Slot::Emergency) {
-            queue.due = Instant::NEVER;
-            return;
-        }
-        if now < queue.free_at {
-            queue.due = queue.free_at;
-            self.due = self.due.min(queue.due);
-            return;
-        }
         queue.due = Instant::NEVER;
-        queue.free_at = now.plus_us(100 * u64::from(queue.inhibit));
-        if queue.inhibit != 0 {
+        // What waits in stopped is looked at when that ends.
+        if queue.is_empty() || (waits && self.state == NmtState::Stopped) {
+            return;
+        }
+        let goes = !waits && now >= queue.free_at;
+        if goes || waits {
+            // The time does not pass while one still waits for the bus.
+            queue.free_at = now.plus_us(100 * u64::from(queue.inhibit));
+        }
+        if queue.free_at > now {
             // Whether there is a further one is looked at when it may be sent.
             queue.due = queue.free_at;
             self.due = self.due.min(queue.due);
         }
-        self.outbox.post(Slot::Emergency);
+        if goes {
+            self.outbox.post(Slot::Emergency);
+        }
     }
 
     /// Takes the emergency that is sent now.
@@ -173,8 +175,21 @@ impl<M: NodeMemory> Node<M> {
         Some(emergency)
     }
 
+    /// Reads 0x1028: whether any node's emergencies are listened for.
+    pub(crate) fn read_emcy_consumers(&mut self) {
+        let Some(run) = self.device.objects.emcy_consumers else {
+            return;
+        };
+        self.hears_emergencies = (0..run.count)
+            .map(|n| CobId(self.raw(run.nth(n))))
+            .any(|cob_id| cob_id.0 != 0 && !cob_id.is_off());
+    }
+
     /// A frame that may be the emergency of a node in 0x1028; whether it is.
     pub(crate) fn receive_emergency(&mut self, key: u32, data: &[u8], events: &mut Events) -> bool {
+        if !self.hears_emergencies {
+            return false;
+        }
         let Some(run) = self.device.objects.emcy_consumers else {
             return false;
         };
@@ -185,7 +200,7 @@ impl<M: NodeMemory> Node<M> {
             let cob_id = CobId(self.raw(run.nth(n)));
             let usable = cob_id.is_usable(self.device.dialect.extended_identifiers);
             if usable && cob_id.0 != 0 && cob_id.key() == key {
-                // Sub-index n is for node n (CiA 301 7.5.2.28).
+                // Sub-index n is for node n (CiA 301 7.5.2.31).
                 self.received = NodeId::new(n.saturating_add(1))
                     .map(|node| (node, Emergency::from_bytes(bytes)));
                 events.news.insert(News::EMERGENCY);

@@ -38,7 +38,7 @@ impl Guarding {
 
 impl<M: NodeMemory> Node<M> {
     /// Reads 0x100C and 0x100D. Guarding begins with the master's next request.
-    pub(crate) fn read_guarding_parameters(&mut self) {
+    pub(crate) fn read_guarding_parameters(&mut self, events: &mut Events) {
         let objects = &self.device.objects;
         let (Some(time), Some(factor)) = (objects.guard_time_ms, objects.life_time_factor) else {
             return;
@@ -47,6 +47,15 @@ impl<M: NodeMemory> Node<M> {
         self.guarding.exists = true;
         self.guarding.life_time_ms = time_ms.saturating_mul(factor);
         self.guarding.due = Instant::NEVER;
+        if self.guarding.life_time_ms == 0 {
+            self.end_life_guarding(events);
+        }
+    }
+
+    /// The master's life is not guarded any more, and so is not lost.
+    pub(crate) fn end_life_guarding(&mut self, events: &mut Events) {
+        self.guarding.due = Instant::NEVER;
+        self.note(CommunicationErrors::LIFE_GUARD, false, events);
     }
 
     /// The master asks for the state. Answered unless this node has a heartbeat, which excludes

@@ -112,6 +112,9 @@ impl<M: NodeMemory> Node<M> {
         owner: &mut O,
         events: &mut Events,
     ) {
+        if self.state == NmtState::Initialising {
+            return;
+        }
         let state = match command {
             Command::Start => NmtState::Operational,
             Command::Stop => NmtState::Stopped,
@@ -122,7 +125,7 @@ impl<M: NodeMemory> Node<M> {
         self.change_state(state, now, owner, events);
     }
 
-    /// A communication error that CiA 301 7.5.2.29 names has happened: a bus-off, or a heartbeat or
+    /// A communication error that CiA 301 7.5.2.32 names has happened: a bus-off, or a heartbeat or
     /// guarding that has ceased (those the node notices itself). 0x1029,1 says what becomes of the
     /// state: 0 (and a device without the object) leaves operational, 1 changes nothing, 2 stops.
     pub fn communication_error<O: Owner>(
@@ -161,11 +164,11 @@ impl<M: NodeMemory> Node<M> {
                 self.outbox.withdraw(Slot::Sdo(n));
             }
         }
-        self.enter(state, now);
+        self.enter(state, now, events);
         events.entered = Some(state);
     }
 
-    pub(crate) fn enter(&mut self, state: NmtState, now: Instant) {
+    pub(crate) fn enter(&mut self, state: NmtState, now: Instant, events: &mut Events) {
         if self.state == NmtState::Stopped {
             self.sync.restart();
         }
@@ -173,10 +176,8 @@ impl<M: NodeMemory> Node<M> {
         let sends_pdos = self.sends_pdos(state);
         let with_counter = self.sync.overflow > 1;
         for (n, tpdo) in self.tpdo.iter_mut().enumerate() {
-            tpdo.restart();
-            if with_counter {
-                tpdo.wait_for_start();
-            }
+            tpdo.forget();
+            tpdo.count_anew(with_counter);
             if !sends_pdos {
                 self.outbox.withdraw(Slot::Tpdo(n as u8));
             }
@@ -192,8 +193,8 @@ impl<M: NodeMemory> Node<M> {
             self.outbox.withdraw(Slot::Time);
         }
         self.outbox.hold_emergencies(state == NmtState::Stopped);
-        let mut events = Events::NOTHING;
-        self.sum_up_errors(&mut events);
+        self.release_emergency(now);
+        self.sum_up_errors(events);
     }
 
     /// Whether TPDOs answer SYNC in `state`.

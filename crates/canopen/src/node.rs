@@ -58,10 +58,14 @@ pub struct Node<M> {
     pub(crate) has_event_pdos: bool,
     pub(crate) emergencies: EmergencyQueue,
     pub(crate) emcy_exists: bool,
+    /// 0x1028 names a node whose emergencies are listened for.
+    pub(crate) hears_emergencies: bool,
     pub(crate) received: Option<(NodeId, Emergency)>,
     /// Errors of SYNC and error control; those of the PDOs are with them.
     pub(crate) service_errors: CommunicationErrors,
     pub(crate) errors: CommunicationErrors,
+    /// A parameter was written since 0x1020 was.
+    pub(crate) is_reconfigured: bool,
 }
 
 impl<M: NodeMemory> Node<M> {
@@ -92,9 +96,11 @@ impl<M: NodeMemory> Node<M> {
             has_event_pdos: false,
             emergencies: EmergencyQueue::EMPTY,
             emcy_exists: false,
+            hears_emergencies: false,
             received: None,
             service_errors: CommunicationErrors::NOTHING,
             errors: CommunicationErrors::NOTHING,
+            is_reconfigured: false,
         }
     }
 
@@ -103,7 +109,11 @@ impl<M: NodeMemory> Node<M> {
     /// [`crate::Reset::Communication`]; then [`Node::start`]. Damaged parameters count as none.
     /// Transfers to streams are over; their owner is not told.
     pub fn restart_communication(&mut self, stored: &[u8], id: NodeId) {
+        // Silent until the start, whatever was due or waits.
         self.state = NmtState::Initialising;
+        self.outbox = Outbox::EMPTY;
+        self.due = Instant::NEVER;
+        self.waiting = None;
         self.id = id;
         self.emergencies = EmergencyQueue::EMPTY;
         let table = &self.device.table;
@@ -144,13 +154,14 @@ impl<M: NodeMemory> Node<M> {
         } else {
             NmtState::PreOperational
         };
-        self.enter(state, now);
-        self.due = self.earliest();
-        Events {
+        let mut events = Events {
             entered: Some(state),
             changed: Changed::EVERYTHING,
             ..Events::NOTHING
-        }
+        };
+        self.enter(state, now, &mut events);
+        self.due = self.earliest();
+        events
     }
 
     /// Takes a frame from the bus. Anything malformed is met with the abort or the silence that
@@ -247,12 +258,15 @@ impl<M: NodeMemory> Node<M> {
 
     fn poll_due<O: Owner>(&mut self, now: Instant, owner: &mut O) -> Events {
         let mut events = Events::NOTHING;
+        if self.state == NmtState::Initialising {
+            return events;
+        }
         // "Never" does not come, not even at the end of time.
         let is_due = |at: Instant| now >= at && at != Instant::NEVER;
         if self.heartbeat.take_due(now) {
             self.outbox.post(Slot::ErrorControl);
         }
-        if is_due(self.sync.window_due) {
+        if is_due(self.sync.window_due()) {
             self.close_window(&mut events);
         }
         if is_due(self.sync.due) {
@@ -280,7 +294,7 @@ impl<M: NodeMemory> Node<M> {
             .heartbeat
             .due
             .min(self.sync.due)
-            .min(self.sync.window_due)
+            .min(self.sync.window_due())
             .min(self.guarding.due)
             .min(self.emergencies.due);
         for server in &self.servers {
@@ -386,6 +400,20 @@ impl<M: NodeMemory> Node<M> {
     /// The communication errors that are there now.
     pub fn errors(&self) -> CommunicationErrors {
         self.errors
+    }
+
+    /// What is about to be stored becomes what the device boots with. If a parameter was written
+    /// since 0x1020 (verify configuration) was, that object becomes 0 (CiA 301 7.5.2.23): whoever
+    /// verifies the configuration sees that it is another one.
+    pub fn withdraw_verification(&mut self) {
+        if let Some(run) = self.device.objects.verification
+            && core::mem::take(&mut self.is_reconfigured)
+        {
+            let mut image = Image::new(self.memory.as_mut());
+            for n in 0..run.count {
+                image.set_raw(run.nth(n), 0);
+            }
+        }
     }
 
     /// Frames that were replaced by newer ones before they could be sent, and emergencies that did

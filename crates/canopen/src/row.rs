@@ -113,6 +113,8 @@ pub(crate) mod flag {
     pub(crate) const LONG: u16 = 1 << 9;
     /// An entry of the error history, which may hold no data.
     pub(crate) const HISTORY: u16 = 1 << 10;
+    /// A save command stores it.
+    pub(crate) const STORED: u16 = 1 << 11;
 }
 
 /// One object, or a run of sub-indices that are alike.
@@ -487,6 +489,9 @@ impl Row {
         }
         if !matches!(self.data_type.size(), 1 | 2 | 4) {
             flags |= flag::LONG;
+        }
+        if !matches!(self.group, Group::None) {
+            flags |= flag::STORED;
         }
         if self.address.index == 0x1003 {
             flags |= flag::HISTORY;

@@ -18,15 +18,15 @@ pub(crate) struct Sync {
     pub(crate) overflow: u8,
     /// The counter of the next SYNC that this node sends.
     counter: u8,
-    /// This node sends SYNC: how often, ns. 0: it does not.
-    period_ns: u64,
+    /// The window of the last SYNC has not closed yet.
+    window_is_open: bool,
+    /// This node sends SYNC: how often, µs. 0: it does not.
+    period_us: u32,
+    /// The synchronous window (0x1007), µs; 0: none.
+    window_us: u32,
     pub(crate) due: Instant,
-    /// The synchronous window (0x1007), ns; 0: none.
-    window_ns: u64,
     /// Data of synchronous PDOs count until then.
     pub(crate) window_until: Instant,
-    /// When the window is looked at.
-    pub(crate) window_due: Instant,
 }
 
 /// What 0x1005, 0x1006, 0x1007 and 0x1019 say.
@@ -47,14 +47,15 @@ impl Sync {
         length: None,
         overflow: 0,
         counter: 1,
-        period_ns: 0,
+        window_is_open: false,
+        period_us: 0,
+        window_us: 0,
         due: Instant::NEVER,
-        window_ns: 0,
         window_until: Instant::NEVER,
-        window_due: Instant::NEVER,
     };
 
-    /// SYNC by its parameters. A producer that was sending goes on in its rhythm.
+    /// SYNC by its parameters. A producer that was sending goes on in its rhythm if the period is
+    /// the same, and goes on counting.
     pub(crate) fn new(parameters: &SyncParameters, before: &Sync, now: Instant) -> Sync {
         // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5); bit 30 makes this node a producer.
         let cob_id = CobId(parameters.cob_id.0 & !(1 << 31));
@@ -64,26 +65,37 @@ impl Sync {
             CobId::NO_KEY
         };
         let produces = cob_id.0 & 1 << 30 != 0 && key != CobId::NO_KEY;
-        let period_ns = match produces {
-            true => u64::from(parameters.period_us) * 1_000,
+        let period_us = match produces {
+            true => parameters.period_us,
             false => 0,
         };
-        let due = match period_ns {
+        let due = match period_us {
             0 => Instant::NEVER,
-            same if same == before.period_ns && before.due != Instant::NEVER => before.due,
-            ns => now.plus_ns(ns),
+            same if same == before.period_us && before.due != Instant::NEVER => before.due,
+            us => now.plus_us(u64::from(us)),
         };
         Sync {
             key,
             is_plain: parameters.overflow.is_none() && parameters.window_us == 0,
             length: parameters.overflow.map(|overflow| u8::from(overflow > 1)),
             overflow: parameters.overflow.unwrap_or(0),
-            counter: if due == before.due { before.counter } else { 1 },
-            period_ns,
+            counter: match (before.period_us, period_us) {
+                (0, _) | (_, 0) => 1,
+                _ => before.counter,
+            },
+            window_is_open: false,
+            period_us,
+            window_us: parameters.window_us,
             due,
-            window_ns: u64::from(parameters.window_us) * 1_000,
             window_until: Instant::NEVER,
-            window_due: Instant::NEVER,
+        }
+    }
+
+    /// When the window is to be looked at: just after it has closed.
+    pub(crate) fn window_due(&self) -> Instant {
+        match self.window_is_open {
+            true => self.window_until.plus_ns(1),
+            false => Instant::NEVER,
         }
     }
 
@@ -177,17 +189,17 @@ impl<M: NodeMemory> Node<M> {
                 tpdo.sync_counter(counter);
             }
         }
-        if self.sync.window_ns != 0 {
-            self.sync.window_until = now.plus_ns(self.sync.window_ns);
-            self.sync.window_due = self.sync.window_until.plus_ns(1);
-            self.due = self.due.min(self.sync.window_due);
+        if self.sync.window_us != 0 {
+            self.sync.window_until = now.plus_us(u64::from(self.sync.window_us));
+            self.sync.window_is_open = true;
+            self.due = self.due.min(self.sync.window_due());
         }
     }
 
     /// The window has closed: synchronous PDOs that were not sent are not sent any more (CiA 301
     /// 7.5.2.7).
     pub(crate) fn close_window(&mut self, events: &mut Events) {
-        self.sync.window_due = Instant::NEVER;
+        self.sync.window_is_open = false;
         let mut late = false;
         for (n, tpdo) in self.tpdo.iter().enumerate() {
             let slot = Slot::Tpdo(n as u8);
@@ -208,11 +220,12 @@ impl<M: NodeMemory> Node<M> {
     ) {
         let sync = &mut self.sync;
         // A late call does not produce a burst.
-        let next = sync.due.plus_ns(sync.period_ns);
+        let period_us = u64::from(sync.period_us);
+        let next = sync.due.plus_us(period_us);
         sync.due = if next > now {
             next
         } else {
-            now.plus_ns(sync.period_ns)
+            now.plus_us(period_us)
         };
         if matches!(self.state, NmtState::Initialising | NmtState::Stopped) {
             return;

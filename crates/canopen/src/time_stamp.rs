@@ -36,7 +36,9 @@ pub(crate) struct TimeStamp {
     /// [`can::Frame::key`] of what is consumed, or a key that no frame has.
     pub(crate) key: u32,
     produces: bool,
-    last: Option<(TimeOfDay, Instant)>,
+    last: TimeOfDay,
+    /// When that came; never so far.
+    last_at: Instant,
     pub(crate) sent: TimeOfDay,
 }
 
@@ -44,7 +46,8 @@ impl TimeStamp {
     pub(crate) const OFF: TimeStamp = TimeStamp {
         key: CobId::NO_KEY,
         produces: false,
-        last: None,
+        last: TimeOfDay { ms: 0, days: 0 },
+        last_at: Instant::NEVER,
         sent: TimeOfDay { ms: 0, days: 0 },
     };
 }
@@ -73,7 +76,8 @@ impl<M: NodeMemory> Node<M> {
         let is_heard = matches!(self.state, NmtState::Operational | NmtState::PreOperational);
         match <[u8; 6]>::try_from(data) {
             Ok(bytes) if is_heard => {
-                self.time.last = Some((TimeOfDay::from_bytes(bytes), now));
+                self.time.last = TimeOfDay::from_bytes(bytes);
+                self.time.last_at = now;
                 true
             }
             _ => false,
@@ -82,7 +86,8 @@ impl<M: NodeMemory> Node<M> {
 
     /// What the last TIME said, and when it came; `None` before the first.
     pub fn time_of_day(&self) -> Option<(TimeOfDay, Instant)> {
-        self.time.last
+        let time = &self.time;
+        (time.last_at != Instant::NEVER).then_some((time.last, time.last_at))
     }
 
     /// Sends a TIME, if 0x1012 makes this node its producer and the state allows. Whether it does;

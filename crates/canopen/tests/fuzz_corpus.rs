@@ -3,9 +3,12 @@
 
 mod harness;
 
+use std::path::Path;
+
+/// Runs every file of a target's corpus.
 fn replay(target: &str, run: fn(&[u8])) {
-    let directory = format!("{}/../../fuzz/corpus/{target}", env!("CARGO_MANIFEST_DIR"));
-    let files = std::fs::read_dir(&directory).expect("the corpus");
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    let files = std::fs::read_dir(corpus.join(target)).expect("the corpus");
     let mut count = 0;
     for file in files {
         let path = file.expect("a corpus file").path();
@@ -14,12 +17,17 @@ fn replay(target: &str, run: fn(&[u8])) {
         run(&input);
         count += 1;
     }
-    assert!(count > 0, "{directory} is empty");
+    assert!(count > 0, "the corpus of {target} is empty");
 }
 
 #[test]
 fn frames() {
     replay("frames", harness::script::run);
+}
+
+#[test]
+fn pdo_config() {
+    replay("pdo_config", harness::config::run);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, Owner, Verdict, store};
+use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
 use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
@@ -30,7 +30,13 @@ pub(crate) struct Application {
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
-    pub(crate) store_request: Option<store::Request>,
+    /// What of the parameters is to be saved, or with `restores` put back to its defaults.
+    pub(crate) storage_request: Option<store::Request>,
+    pub(crate) restores: bool,
+    /// The program is stopped: the power stage stays off.
+    is_stopped: bool,
+    /// A program is to be started: with it the node starts over.
+    pub(crate) restart: bool,
 }
 
 impl Application {
@@ -58,7 +64,10 @@ impl Application {
             new_limits: false,
             new_parameters: true,
             new_position: None,
-            store_request: None,
+            storage_request: None,
+            restores: false,
+            is_stopped: false,
+            restart: false,
         };
         application.configure(image);
         application.axis.initialised();
@@ -179,7 +188,22 @@ impl Application {
         }
     }
 
-    fn is_powered(&self) -> bool {
+    pub(crate) fn personality(&self) -> &'static Personality {
+        self.personality
+    }
+
+    /// The program has been stopped (0x1F51): nothing moves until the next start.
+    pub(crate) fn program_stops(&mut self) {
+        self.is_stopped = true;
+    }
+
+    /// The program is to start (0x1F51).
+    pub(crate) fn program_starts(&mut self) {
+        self.restart = true;
+    }
+
+    /// Whether the power stage is on.
+    pub(crate) fn is_powered(&self) -> bool {
         matches!(
             self.axis.state(),
             State::OperationEnabled | State::QuickStopActive
@@ -214,6 +238,9 @@ impl Application {
     }
 
     fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
+        if self.is_stopped {
+            return Verdict::Refuse(Abort::DEVICE_STATE);
+        }
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
             self.configuration = read_configuration(image, &self.personality.axis);
@@ -267,7 +294,8 @@ impl Application {
                 Err(abort) => return Verdict::Refuse(abort),
             }
         };
-        self.store_request = Some(request);
+        self.storage_request = Some(request);
+        self.restores = false;
         Verdict::Later
     }
 
@@ -276,8 +304,9 @@ impl Application {
     }
 }
 
-impl Owner for Application {
-    fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
+impl Application {
+    /// What a write to an object that asks means.
+    pub(crate) fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
         let mut raw = [0; 4];
         for (place, byte) in raw.iter_mut().zip(new) {
             *place = *byte;
@@ -300,12 +329,21 @@ impl Owner for Application {
         }
         match object.index {
             0x1010 => self.write_store(object, raw),
+            0x1011 => match store::Request::from_restore(object.sub, raw) {
+                Ok(request) => {
+                    self.storage_request = Some(request);
+                    self.restores = true;
+                    Verdict::Later
+                }
+                Err(abort) => Verdict::Refuse(abort),
+            },
             // P48: an angle only in the modes that use one, which there are none of yet.
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
         }
     }
 
-    fn publish(&mut self, image: &mut Image<'_>) {
+    /// Writes what the drive shows into the image.
+    pub(crate) fn publish(&mut self, image: &mut Image<'_>) {
         publish(
             image,
             &self.personality.axis,

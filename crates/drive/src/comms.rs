@@ -2,15 +2,19 @@
 
 use can::Frame;
 use canopen::nmt::Reset;
-use canopen::{Abort, Changed, Events, Image, Instant, Node, NodeId, NodeMemory, store};
+use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store};
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
 use crate::application::Application;
-use crate::{CommunicationErrors, Hardware, Health, ParameterError, PwmTiming};
+use crate::faults::CommunicationErrors;
+use crate::serving::Serving;
+use crate::{Hardware, Health, Host, ParameterError, PwmTiming};
 
 /// Interval of the axis's tick, ns.
 const TICK_NS: u64 = 1_000_000;
+/// From the acknowledge of "start program" to the restart, which would take it off the bus.
+const RESTART_TICKS: u8 = 10;
 
 // Image, node and axis of a P3 on a microcontroller.
 #[cfg(target_pointer_width = "32")]
@@ -21,6 +25,9 @@ const _: () = assert!(size_of::<Comms<[u8; personalities::p3::IMAGE_BYTES]>>() <
 pub enum Request {
     /// Store parameters ([`Comms::stored`] makes the bytes), then call [`Comms::store_done`].
     Store(store::Request),
+    /// Put parameters back to their defaults: store what [`Comms::restored`] makes, then call
+    /// [`Comms::store_done`]. The defaults hold from the next start on.
+    Restore(store::Request),
     /// Start over. After [`Reset::Node`] build the drive anew; after [`Reset::Communication`] call
     /// [`Comms::reset_communication`] with what is stored.
     Reset(Reset),
@@ -37,6 +44,10 @@ pub struct Comms<M> {
     node: Node<M>,
     application: Application,
     reset: Option<Reset>,
+    /// Ticks until the node starts over with another program; 0: it does not.
+    restart_in: u8,
+    /// The controller has been off the bus since the last poll.
+    was_bus_off: bool,
     next_tick: Instant,
 }
 
@@ -79,6 +90,8 @@ impl<M: NodeMemory> Comms<M> {
             node,
             application,
             reset: None,
+            restart_in: 0,
+            was_bus_off: false,
             next_tick: Instant::NEVER,
         };
         Ok((comms, damage))
@@ -100,22 +113,47 @@ impl<M: NodeMemory> Comms<M> {
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
-    pub fn receive(&mut self, frame: &Frame, now: Instant) {
-        let events = self.node.receive(frame, now, &mut self.application);
+    pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        let mut serving = Serving {
+            application: &mut self.application,
+            host,
+        };
+        let events = self.node.receive(frame, now, &mut serving);
         self.handle(events, now);
     }
 
     /// Does what time asks for.
-    pub fn poll(&mut self, now: Instant) {
+    pub fn poll<H: Host>(&mut self, now: Instant, host: &mut H) {
         if now >= self.next_tick {
             // After a pause there is one tick, not a burst.
             let due = self.next_tick.plus_ns(TICK_NS);
             self.next_tick = if due > now { due } else { now.plus_ns(TICK_NS) };
+            match self.restart_in {
+                0 => {}
+                1 => {
+                    self.restart_in = 0;
+                    self.reset = Some(Reset::Node);
+                }
+                _ => self.restart_in -= 1,
+            }
+            self.report_communication();
             self.application.tick(&self.node.image(), now);
             self.announce(now);
-            self.node.detect_events(now, &mut self.application);
+            let mut serving = Serving {
+                application: &mut self.application,
+                host,
+            };
+            self.node.detect_events(now, &mut serving);
         }
-        let events = self.node.poll(now, &mut self.application);
+        let mut serving = Serving {
+            application: &mut self.application,
+            host,
+        };
+        let mut events = self.node.poll(now, &mut serving);
+        if core::mem::take(&mut self.was_bus_off) && self.personality.errors.bus_off_leaves_state {
+            self.node
+                .communication_error(now, &mut serving, &mut events);
+        }
         self.handle(events, now);
     }
 
@@ -127,8 +165,11 @@ impl<M: NodeMemory> Comms<M> {
 
     /// The next frame to send, if there is one.
     #[inline]
-    pub fn transmit(&mut self) -> Option<Frame> {
-        self.node.transmit(&mut self.application)
+    pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
+        self.node.transmit(&mut Serving {
+            application: &mut self.application,
+            host,
+        })
     }
 
     /// A new command for the control half.
@@ -162,7 +203,11 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        self.application.store_request.take().map(Request::Store)
+        let request = self.application.storage_request.take()?;
+        Some(match self.application.restores {
+            true => Request::Restore(request),
+            false => Request::Store(request),
+        })
     }
 
     /// Makes the bytes to be stored for `request` in `out`, keeping what else `old` holds. Returns
@@ -177,7 +222,22 @@ impl<M: NodeMemory> Comms<M> {
         out: &mut [u8],
     ) -> Result<usize, store::Full> {
         let (table, id) = (self.personality.device.table, self.node.id());
+        self.node.withdraw_verification();
         store::save(&table, &self.node.image(), id, request, old, out)
+    }
+
+    /// Makes the bytes to be stored for [`Request::Restore`] in `out`: `old` without what goes back
+    /// to its defaults. Returns their number.
+    ///
+    /// # Errors
+    /// [`store::Full`] if `out` is too small.
+    pub fn restored(
+        &self,
+        request: store::Request,
+        old: &[u8],
+        out: &mut [u8],
+    ) -> Result<usize, store::Full> {
+        store::restore(&self.personality.device.table, request, old, out)
     }
 
     /// The host has stored, or could not.
@@ -187,18 +247,23 @@ impl<M: NodeMemory> Comms<M> {
 
     /// The host saw something that concerns the drive's health.
     pub fn report(&mut self, event: Health) {
+        self.was_bus_off |= event.bus_off_recovered;
         self.application.faults.report(event);
     }
 
-    /// The errors of communication as they are now; call whenever they change.
-    pub fn report_communication(&mut self, errors: CommunicationErrors) {
-        self.application.faults.report_communication(errors);
+    /// Tells the fault manager what the node has noticed.
+    fn report_communication(&mut self) {
+        let errors = self.node.errors();
+        self.application
+            .faults
+            .report_communication(CommunicationErrors::of(errors));
     }
 
-    /// Starts communication over: the communication parameters are those stored, everything else
-    /// stays.
-    pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
-        self.node.restart_communication(stored, self.node.id());
+    /// Starts communication over with the node ID `id`, which LSS may have changed: the
+    /// communication parameters are those stored, everything else stays. A download to the host's
+    /// program memory is over; the host knows.
+    pub fn reset_communication(&mut self, stored: &[u8], id: NodeId, now: Instant) {
+        self.node.restart_communication(stored, id);
         let events = self.node.start(now);
         // No parameter of the axis has changed, and no set-point has come.
         let changed = Changed::NOTHING;
@@ -239,6 +304,12 @@ impl<M: NodeMemory> Comms<M> {
         }
         if events.reset.is_some() {
             self.reset = events.reset;
+        }
+        if events.news.has(News::ERRORS) {
+            self.report_communication();
+        }
+        if core::mem::take(&mut self.application.restart) {
+            self.restart_in = RESTART_TICKS;
         }
         self.announce(now);
     }

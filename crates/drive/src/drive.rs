@@ -7,7 +7,7 @@ use control::io::{Duty, Sample, Scales};
 use control::{Cascade, Feedback};
 use personalities::Personality;
 
-use crate::{Comms, CommunicationErrors, Health, ParameterError, PwmTiming, Request};
+use crate::{Comms, Health, Host, ParameterError, PwmTiming, Request};
 
 /// What the drive knows of the board it runs on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,16 +58,16 @@ impl<M: NodeMemory> Drive<M> {
     }
 
     /// Takes a frame from the bus.
-    pub fn receive(&mut self, frame: &Frame, now: Instant) {
+    pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
         self.comms.observe(&self.cascade.feedback());
-        self.comms.receive(frame, now);
+        self.comms.receive(frame, now, host);
         self.hand_over();
     }
 
     /// Does what time asks for.
-    pub fn poll(&mut self, now: Instant) {
+    pub fn poll<H: Host>(&mut self, now: Instant, host: &mut H) {
         self.comms.observe(&self.cascade.feedback());
-        self.comms.poll(now);
+        self.comms.poll(now, host);
         self.hand_over();
     }
 
@@ -79,8 +79,8 @@ impl<M: NodeMemory> Drive<M> {
 
     /// The next frame to send, if there is one.
     #[inline]
-    pub fn transmit(&mut self) -> Option<Frame> {
-        self.comms.transmit()
+    pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
+        self.comms.transmit(host)
     }
 
     /// One control period: from what the sensors say to what the bridge shall do.
@@ -107,6 +107,19 @@ impl<M: NodeMemory> Drive<M> {
         self.comms.stored(request, old, out)
     }
 
+    /// See [`Comms::restored`].
+    ///
+    /// # Errors
+    /// See [`Comms::restored`].
+    pub fn restored(
+        &self,
+        request: store::Request,
+        old: &[u8],
+        out: &mut [u8],
+    ) -> Result<usize, store::Full> {
+        self.comms.restored(request, old, out)
+    }
+
     /// See [`Comms::store_done`].
     pub fn store_done(&mut self, result: Result<(), canopen::Abort>, now: Instant) {
         self.comms.store_done(result, now);
@@ -117,14 +130,9 @@ impl<M: NodeMemory> Drive<M> {
         self.comms.report(event);
     }
 
-    /// See [`Comms::report_communication`].
-    pub fn report_communication(&mut self, errors: CommunicationErrors) {
-        self.comms.report_communication(errors);
-    }
-
     /// See [`Comms::reset_communication`]; the answer to [`canopen::Reset::Communication`].
-    pub fn reset_communication(&mut self, stored: &[u8], now: Instant) {
-        self.comms.reset_communication(stored, now);
+    pub fn reset_communication(&mut self, stored: &[u8], id: NodeId, now: Instant) {
+        self.comms.reset_communication(stored, id, now);
         self.hand_over();
     }
 

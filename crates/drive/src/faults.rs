@@ -21,23 +21,37 @@ pub struct Health {
     pub can_overrun: bool,
     /// The CAN controller has recovered from bus-off.
     pub bus_off_recovered: bool,
+    /// The CAN controller is error passive, or has been since the last report.
+    pub error_passive: bool,
 }
 
-/// Errors of communication, which the node and its CAN controller notice.
+/// Errors of communication that the node notices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CommunicationErrors {
+pub(crate) struct CommunicationErrors {
     /// A monitored heartbeat or the guarding is missing.
-    pub heartbeat_lost: bool,
+    heartbeat_lost: bool,
     /// An RPDO has not come within its time.
-    pub rpdo_timeout: bool,
-    /// The CAN controller is error passive.
-    pub error_passive: bool,
-    /// An event: an RPDO was shorter than its mapping, and ignored.
-    pub pdo_too_short: bool,
-    /// An event: an RPDO was longer than its mapping.
-    pub pdo_too_long: bool,
-    /// An event: a SYNC had another length than expected.
-    pub sync_length: bool,
+    rpdo_timeout: bool,
+    /// An RPDO was shorter than its mapping, and ignored. Seen for a tick at least.
+    pdo_too_short: bool,
+    /// An RPDO was longer than its mapping. Seen for a tick at least.
+    pdo_too_long: bool,
+    /// A SYNC had another length than expected. Seen for a tick at least.
+    sync_length: bool,
+}
+
+impl CommunicationErrors {
+    /// What the node has noticed.
+    pub(crate) fn of(errors: canopen::CommunicationErrors) -> CommunicationErrors {
+        use canopen::CommunicationErrors as Node;
+        CommunicationErrors {
+            heartbeat_lost: errors.has(Node::HEARTBEAT) || errors.has(Node::LIFE_GUARD),
+            rpdo_timeout: errors.has(Node::RPDO_TIMEOUT),
+            pdo_too_short: errors.has(Node::RPDO_TOO_SHORT),
+            pdo_too_long: errors.has(Node::RPDO_TOO_LONG),
+            sync_length: errors.has(Node::SYNC_LENGTH),
+        }
+    }
 }
 
 /// What is judged once per millisecond.
@@ -79,10 +93,11 @@ pub(crate) struct FaultManager {
     position: Option<i32>,
     /// Ticks until the control half shows a position by its new name.
     renaming: u8,
-    /// The last SYNC, or when the time-out was switched on.
-    sync_since: Option<Instant>,
-    supply_high_since: Option<Instant>,
-    supply_low_since: Option<Instant>,
+    /// The last SYNC, or when the time-out was switched on; never: it is off.
+    sync_since: Instant,
+    /// Since when the supply has been too high, and too low; never: it is not.
+    supply_high_since: Instant,
+    supply_low_since: Instant,
 }
 
 impl FaultManager {
@@ -96,9 +111,9 @@ impl FaultManager {
             cleared: 0,
             position: None,
             renaming: 0,
-            sync_since: None,
-            supply_high_since: None,
-            supply_low_since: None,
+            sync_since: Instant::NEVER,
+            supply_high_since: Instant::NEVER,
+            supply_low_since: Instant::NEVER,
         }
     }
 
@@ -108,6 +123,7 @@ impl FaultManager {
         self.events.store_damaged |= event.store_damaged;
         self.events.can_overrun |= event.can_overrun;
         self.events.bus_off_recovered |= event.bus_off_recovered;
+        self.events.error_passive |= event.error_passive;
     }
 
     /// The errors of communication as they are now.
@@ -128,7 +144,7 @@ impl FaultManager {
 
     /// A SYNC was received.
     pub(crate) fn sync(&mut self, now: Instant) {
-        self.sync_since = Some(now);
+        self.sync_since = now;
     }
 
     /// Judges every row. Whether a fault has newly come.
@@ -249,9 +265,9 @@ impl FaultManager {
     /// A cause that is not looked for starts its time anew when it is again.
     fn forget(&mut self, cause: Cause) {
         match cause {
-            Cause::BusOverVoltage => self.supply_high_since = None,
-            Cause::BusUnderVoltage => self.supply_low_since = None,
-            Cause::SyncLoss => self.sync_since = None,
+            Cause::BusOverVoltage => self.supply_high_since = Instant::NEVER,
+            Cause::BusUnderVoltage => self.supply_low_since = Instant::NEVER,
+            Cause::SyncLoss => self.sync_since = Instant::NEVER,
             Cause::PositionWrapped => self.position = None,
             _ => {}
         }
@@ -289,8 +305,8 @@ impl FaultManager {
             }
             Cause::AmplifierTemperature => feedback.temperature_c > threshold,
             Cause::SyncLoss => {
-                let since = *self.sync_since.get_or_insert(now);
-                now.since_ns(since) as f32 > threshold * 1e9
+                self.sync_since = self.sync_since.min(now);
+                now.since_ns(self.sync_since) as f32 > threshold * 1e9
             }
             Cause::VelocityTrackingWarning => conditions.velocity_warning,
             Cause::VelocityTrackingFault => conditions.velocity_fault,
@@ -315,7 +331,7 @@ impl FaultManager {
             }
             Cause::HeartbeatLost => self.communication.heartbeat_lost,
             Cause::RpdoTimeout => self.communication.rpdo_timeout,
-            Cause::ErrorPassive => self.communication.error_passive,
+            Cause::ErrorPassive => events.error_passive,
             Cause::PdoTooShort => self.communication.pdo_too_short,
             Cause::PdoTooLong => self.communication.pdo_too_long,
             Cause::SyncLength => self.communication.sync_length,
@@ -348,10 +364,12 @@ fn wrapped(before: i32, now: i32) -> bool {
 }
 
 /// Whether `is` has been so for `ns`.
-fn lasts(since: &mut Option<Instant>, is: bool, now: Instant, ns: u64) -> bool {
+fn lasts(since: &mut Instant, is: bool, now: Instant, ns: u64) -> bool {
     if !is {
-        *since = None;
+        *since = Instant::NEVER;
         return false;
     }
-    now.since_ns(*since.get_or_insert(now)) > ns
+    // "Never" is later than anything.
+    *since = (*since).min(now);
+    now.since_ns(*since) > ns
 }

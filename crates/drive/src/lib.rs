@@ -27,11 +27,14 @@ mod configuration;
 mod drive;
 mod faults;
 pub mod flash;
+mod host;
 mod parameters;
 pub mod program;
 mod publish;
+mod serving;
 
 pub use comms::{Comms, Request};
 pub use drive::{Drive, Hardware};
-pub use faults::{CommunicationErrors, Health};
+pub use faults::Health;
+pub use host::{Host, NoHost, ProgramState};
 pub use parameters::{ParameterError, PwmTiming};

@@ -114,6 +114,8 @@ pub struct ErrorRules {
     /// 0x603F keeps the code of the last error (P17). If not, it shows an error that is there, and
     /// 0 when there is none.
     pub keeps_last_code: bool,
+    /// A bus-off changes the NMT state as 0x1029 says (CiA 301 7.5.2.29).
+    pub bus_off_leaves_state: bool,
     /// The emergency that tells of an error's end has its code in bytes 6 and 7 (P16).
     pub names_ended_error: bool,
 }

@@ -26,4 +26,4 @@ pub use objects::{
     AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects, LoopObjects,
     MotorObjects, Scaled, TargetObjects, TargetWindow, WindowObjects,
 };
-pub use personality::{ALL, Personality, by_name};
+pub use personality::{ALL, HostObjects, Personality, by_name};

@@ -37,6 +37,27 @@ pub struct Personality {
     pub stores_single_entry: Option<canopen::Address>,
     /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
     pub presets_position: Option<canopen::Address>,
+    /// Where the dictionary reaches into what carries the drive, if it does.
+    pub host: Option<HostObjects>,
+}
+
+/// Objects whose contents lie outside the drive core: data sheet and program memory.
+#[derive(Clone, Copy, Debug)]
+pub struct HostObjects {
+    /// 0x1021: the electronic data sheet, a DOMAIN.
+    pub data_sheet: canopen::Address,
+    /// 0x100A: the version of the program that runs, a string in the image.
+    pub software_version: canopen::Field,
+    /// 0x1F50,1: a new program, a DOMAIN.
+    pub program: canopen::Address,
+    /// 0x1F51,1: program control.
+    pub program_control: canopen::Address,
+    /// What 0x1F51,1 reads as.
+    pub program_state: canopen::Handle<u8>,
+    /// 0x1F56,1: program software identification.
+    pub program_identification: canopen::Handle<u32>,
+    /// 0x1F57,1: flash status identification.
+    pub program_status: canopen::Handle<u32>,
 }
 
 /// Every personality.

@@ -5,7 +5,7 @@ use canopen::nmt::Reset;
 use canopen::{Abort, Instant, NodeId, store};
 use control::io::Duty;
 use control::{Feedback, Real as _};
-use drive::{Drive, Hardware, Health, PwmTiming, Request};
+use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
 use personalities::Personality;
 use plant::{Parameters, Plant};
 
@@ -70,6 +70,13 @@ impl Extremes {
 
 type Core = Drive<Box<[u8]>>;
 
+/// What is written into the flash when its time has passed.
+#[derive(Clone, Copy, Debug)]
+enum Storing {
+    Save(store::Request),
+    Restore(store::Request),
+}
+
 /// A drive on a simulated bus.
 #[derive(Debug)]
 pub struct VirtualDrive {
@@ -89,7 +96,7 @@ pub struct VirtualDrive {
     /// No received frame is handled before.
     stalled_until: Instant,
     boots_at: Instant,
-    storing: Option<(store::Request, Instant)>,
+    storing: Option<(Storing, Instant)>,
     timing: PwmTiming,
     control_at: Instant,
     /// What `control_at` leaves out: this over the PWM frequency, ns. So no rounding adds up.
@@ -239,7 +246,10 @@ impl VirtualDrive {
 
     /// When [`VirtualDrive::poll`] must be called next.
     pub(crate) fn next_poll(&self) -> Instant {
-        let mut next = self.service_at.min(self.boots_at);
+        let mut next = self
+            .service_at
+            .min(self.boots_at)
+            .min(self.store.next_work());
         if let Some(core) = &self.core {
             next = next.min(core.next_deadline());
         }
@@ -268,7 +278,7 @@ impl VirtualDrive {
         }
         if now >= self.service_at {
             if let (Some(frame), Some(core)) = (self.controller.next_received(), &mut self.core) {
-                core.receive(&frame, now);
+                core.receive(&frame, now, self.store.at(now));
             }
             self.service_at = if self.controller.has_received() {
                 now.plus_ns(self.latency.next_ns())
@@ -279,8 +289,9 @@ impl VirtualDrive {
         if let Some(core) = &mut self.core
             && now >= core.next_deadline()
         {
-            core.poll(now);
+            core.poll(now, self.store.at(now));
         }
+        self.store.work(now);
         if let Some((request, at)) = self.storing
             && now >= at
         {
@@ -296,7 +307,7 @@ impl VirtualDrive {
     pub(crate) fn fill_mailboxes(&mut self) {
         let Some(core) = &mut self.core else { return };
         while self.controller.has_free_mailbox() && !self.errors.is_bus_off() {
-            match core.transmit() {
+            match core.transmit(&mut self.store) {
                 Some(frame) => self.controller.post(frame),
                 None => break,
             }
@@ -308,13 +319,19 @@ impl VirtualDrive {
         while let Some(request) = self.core.as_mut().and_then(Drive::take_request) {
             match request {
                 Request::Store(request) => {
-                    self.storing = Some((request, now.plus_ns(self.latency.store_ns())));
+                    let done = now.plus_ns(self.latency.store_ns());
+                    self.storing = Some((Storing::Save(request), done));
+                }
+                Request::Restore(request) => {
+                    let done = now.plus_ns(self.latency.store_ns());
+                    self.storing = Some((Storing::Restore(request), done));
                 }
                 Request::Reset(Reset::Communication) => {
                     self.controller.clear();
                     self.service_at = Instant::NEVER;
                     if let Some(core) = &mut self.core {
-                        core.reset_communication(self.store.bytes(), now);
+                        self.store.abort_program();
+                        core.reset_communication(self.store.bytes(), self.node, now);
                     }
                 }
                 Request::Reset(Reset::Node) => {
@@ -339,6 +356,9 @@ impl VirtualDrive {
             let kept = self.store.set_aside();
             notice(NoticeKind::StoreFellBack { kept });
         }
+        if let Err(error) = self.store.start_programs(self.personality) {
+            notice(NoticeKind::CannotStore(error));
+        }
         let made = Drive::new(
             self.personality,
             hardware,
@@ -362,15 +382,15 @@ impl VirtualDrive {
         }
     }
 
-    fn store(
-        &mut self,
-        request: store::Request,
-        now: Instant,
-        notice: &mut impl FnMut(NoticeKind),
-    ) {
+    fn store(&mut self, request: Storing, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         let Some(core) = &mut self.core else { return };
         let mut bytes = vec![0; self.store.capacity()];
-        let result = match core.stored(request, self.store.bytes(), &mut bytes) {
+        let old = self.store.bytes();
+        let made = match request {
+            Storing::Save(request) => core.stored(request, old, &mut bytes),
+            Storing::Restore(request) => core.restored(request, old, &mut bytes),
+        };
+        let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
                 self.store.replace(bytes).map_err(|error| {

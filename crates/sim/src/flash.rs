@@ -494,7 +494,7 @@ mod tests {
             flash.write(0, b"abcd"),
             Err(Refusal::File(ErrorKind::NotFound))
         ));
-        assert_eq!(flash.bytes(), []);
+        assert_eq!(flash.bytes(), [0u8; 0]);
         assert_eq!(
             flash.take_file_error().map(|error| error.kind()),
             Some(ErrorKind::NotFound)

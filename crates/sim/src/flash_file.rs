@@ -9,6 +9,7 @@ use drive::flash::{LoadError, ParameterFlash, Region, SaveError, Slot, SlotState
 use drive::program::{Banks, ProgramStore};
 
 use crate::flash::MemoryFlash;
+use crate::host::Programs;
 use crate::store::{StoreError, free_name};
 
 /// Two slots of 16 KiB for parameters.
@@ -34,6 +35,8 @@ pub struct FlashFile {
     /// What the drive finds when it starts.
     stored: Vec<u8>,
     fell_back: bool,
+    /// The programs, since the drive's last start.
+    pub(crate) running: Option<Programs>,
 }
 
 impl FlashFile {
@@ -81,6 +84,7 @@ impl FlashFile {
             path,
             stored: Vec::new(),
             fell_back: false,
+            running: None,
         }
     }
 

@@ -10,11 +10,13 @@
 //! can be repeated.
 mod bus;
 mod controller;
+mod data_sheet;
 mod drive;
 mod flash;
 mod flash_file;
 mod fleet;
 mod gateway;
+mod host;
 mod latency;
 mod link;
 mod medium;
@@ -26,10 +28,12 @@ mod replay;
 mod store;
 
 pub use bus::{Bus, BusSettings};
+pub use data_sheet::data_sheet;
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
 pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
+pub use host::product_code;
 pub use link::VirtualLink;
 pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
 pub use notice::{Notice, NoticeKind};

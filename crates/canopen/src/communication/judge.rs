@@ -36,6 +36,8 @@ impl<M: NodeMemory> Node<M> {
                     .map_or(0, |run| self.raw(run.nth(sub.saturating_sub(1))));
                 self.judge_service(CobId(old), CobId(raw))
             }
+            // Leave operational, stay, stop; others are reserved (CiA 301 7.5.2.32).
+            (0x1029, 1..) if raw > 2 => Err(Abort::INVALID_VALUE),
             (0x1201..=LAST_SERVER, sub @ 1..=2) => self.judge_sdo(address.index, sub, raw),
             _ => match PdoParameter::of(address.index) {
                 Some(parameter) if parameter.is_mapping => {

@@ -5,12 +5,19 @@ use crate::device::PdoObjects;
 use crate::outbox::Slot;
 use crate::pdo::{Direction, Mapping, Rpdo, RpdoParameters, Tpdo, TpdoParameters};
 use crate::sync::{Sync, SyncParameters};
-use crate::{Address, CobId, Events, Handle, Image, Instant, NmtState, Node, NodeMemory, PDOS};
-use crate::{SDO_SERVERS, Wire};
+use crate::{
+    Address, CobId, CommunicationErrors, Events, Handle, Image, Instant, NmtState, Node,
+    NodeMemory, PDOS, SDO_SERVERS, Wire,
+};
 
 impl<M: NodeMemory> Node<M> {
     /// Acts upon a write to a communication object.
-    pub(crate) fn communication_changed(&mut self, address: Address, now: Instant) {
+    pub(crate) fn communication_changed(
+        &mut self,
+        address: Address,
+        now: Instant,
+        events: &mut Events,
+    ) {
         let objects = &self.device.objects;
         match (address.index, address.sub) {
             (0x1003, 0) => {
@@ -18,22 +25,29 @@ impl<M: NodeMemory> Node<M> {
                     Image::new(self.memory.as_mut()).set(*handle, 0);
                 }
             }
-            (0x1005..=0x1007 | 0x1019, 0) => self.read_sync_parameters(now),
-            (0x100C | 0x100D, 0) => self.read_guarding_parameters(),
+            (0x1005..=0x1007 | 0x1019, 0) => self.read_sync_parameters(now, events),
+            (0x100C | 0x100D, 0) => self.read_guarding_parameters(events),
             (0x1012, 0) => self.read_time_parameters(),
-            (0x1014 | 0x1015, 0) => self.read_emcy_parameters(),
+            (0x1014 | 0x1015, 0) => self.read_emcy_parameters(now),
             (0x1016, _) => {
                 self.read_consumers();
-                self.sum_up_monitor(&mut Events { ..Events::NOTHING });
+                self.sum_up_monitor(events);
             }
-            (0x1017, 0) => self.read_heartbeat_parameters(now),
+            (0x1028, _) => self.read_emcy_consumers(),
+            (0x1017, 0) => self.read_heartbeat_parameters(now, events),
             (0x1201..=0x127F, _) => self.read_sdo_parameters(),
             _ => match PdoParameter::of(address.index) {
                 Some(PdoParameter {
                     way: Direction::Receive,
                     n,
-                    ..
-                }) => self.read_rpdo(n),
+                    is_mapping,
+                }) => {
+                    match address.sub {
+                        5 if !is_mapping => self.read_rpdo_deadline(n),
+                        _ => self.read_rpdo(n),
+                    }
+                    self.sum_up_errors(events);
+                }
                 Some(PdoParameter {
                     is_mapping: false,
                     n,
@@ -49,12 +63,15 @@ impl<M: NodeMemory> Node<M> {
     /// Reads every communication parameter from the image: after a start, or after stored values
     /// were put there. A stored mapping that cannot be is an empty one.
     pub(crate) fn read_communication_parameters(&mut self, now: Instant) {
-        self.read_sync_parameters(now);
-        self.read_guarding_parameters();
+        // A start tells that everything is new.
+        let mut events = Events::NOTHING;
+        self.read_sync_parameters(now, &mut events);
+        self.read_guarding_parameters(&mut events);
         self.read_time_parameters();
-        self.read_emcy_parameters();
+        self.read_emcy_parameters(now);
         self.read_consumers();
-        self.read_heartbeat_parameters(now);
+        self.read_emcy_consumers();
+        self.read_heartbeat_parameters(now, &mut events);
         self.read_sdo_parameters();
         for n in 0..PDOS {
             self.read_rpdo(n);
@@ -66,7 +83,7 @@ impl<M: NodeMemory> Node<M> {
         object.map_or(0, |at| self.raw(at.field()))
     }
 
-    fn read_sync_parameters(&mut self, now: Instant) {
+    fn read_sync_parameters(&mut self, now: Instant, events: &mut Events) {
         let objects = &self.device.objects;
         let dialect = &self.device.dialect;
         let mut cob_id = objects.sync_cob_id.map_or(0x80, |at| self.raw(at.field()));
@@ -80,13 +97,24 @@ impl<M: NodeMemory> Node<M> {
             overflow: objects.sync_counter.map(|at| self.raw(at.field()) as u8),
             extended: dialect.extended_identifiers,
         };
+        let counted = self.sync.overflow > 1;
         self.sync = Sync::new(&parameters, &self.sync, now);
         self.due = self.due.min(self.sync.due);
+        let counts = self.sync.overflow > 1;
+        if counted != counts {
+            // Start values count with a counter only (CiA 301 7.5.2.37).
+            for tpdo in &mut self.tpdo {
+                tpdo.count_anew(counts);
+            }
+        }
+        if parameters.window_us == 0 {
+            self.note(CommunicationErrors::SYNC_WINDOW, false, events);
+        }
         self.outbox.withdraw(Slot::Sync);
         self.outbox.set_key(Slot::Sync, CobId(cob_id).key());
     }
 
-    fn read_emcy_parameters(&mut self) {
+    fn read_emcy_parameters(&mut self, now: Instant) {
         let objects = &self.device.objects;
         let Some(handle) = objects.emcy_cob_id else {
             return;
@@ -103,12 +131,16 @@ impl<M: NodeMemory> Node<M> {
             self.outbox.withdraw(Slot::Emergency);
             self.emergencies.clear();
         }
+        self.release_emergency(now);
     }
 
-    fn read_heartbeat_parameters(&mut self, now: Instant) {
+    fn read_heartbeat_parameters(&mut self, now: Instant, events: &mut Events) {
         let period = self.value(self.device.objects.heartbeat_ms);
         self.heartbeat.configure(period as u16, now);
         self.due = self.due.min(self.heartbeat.due);
+        if self.heartbeat.is_on() {
+            self.end_life_guarding(events);
+        }
     }
 
     /// A server exists while bit 31 of neither of its identifiers is set.
@@ -145,6 +177,17 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
+    /// A new deadline begins with the next frame; what waits for a SYNC goes on waiting.
+    fn read_rpdo_deadline(&mut self, n: usize) {
+        let Some(Some(objects)) = self.device.objects.rpdo.get(n) else {
+            return;
+        };
+        let deadline_ms = self.value(objects.event_timer_ms) as u16;
+        if let Some(rpdo) = self.rpdo.get_mut(n) {
+            rpdo.set_deadline(deadline_ms);
+        }
+    }
+
     fn read_tpdo(&mut self, n: usize, now: Instant) {
         let Some(objects) = self.device.objects.tpdo.get(n).copied().flatten() else {
             return;
@@ -161,13 +204,16 @@ impl<M: NodeMemory> Node<M> {
         };
         let mapping = self.read_mapping(&objects, Direction::Transmit);
         let mut tpdo = Tpdo::new(key.is_some(), parameters, mapping, dialect);
-        if self.sync.overflow > 1 {
-            tpdo.wait_for_start();
-        }
+        tpdo.count_anew(self.sync.overflow > 1);
+        let slot = Slot::Tpdo(n as u8);
+        let goes_on = key == Some(self.outbox.key(slot));
         // What was sampled under the old parameters is not sent under the new ones.
-        self.outbox.withdraw(Slot::Tpdo(n as u8));
-        self.outbox.set_key(Slot::Tpdo(n as u8), key.unwrap_or(0));
+        self.outbox.withdraw(slot);
+        self.outbox.set_key(slot, key.unwrap_or(0));
         if let Some(place) = self.tpdo.get_mut(n) {
+            if goes_on {
+                tpdo.free_at = place.free_at;
+            }
             *place = tpdo;
         }
         self.has_event_pdos = self.tpdo.iter().any(Tpdo::is_sent_by_events);

@@ -47,7 +47,14 @@ pub(crate) struct Mapping {
 /// The object that a mapping entry (index, sub-index, length in bits) names, if it may be mapped.
 pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<Entry, Abort> {
     let [bits, sub, index_low, index_high] = entry.to_le_bytes();
-    let found = table.find(u16::from_le_bytes([index_low, index_high]), sub)?;
+    let index = u16::from_le_bytes([index_low, index_high]);
+    let found = table.find(index, sub).map_err(|missing| {
+        // A sub-index 0 that no row declares exists all the same.
+        match sub == 0 && table.highest_sub_index(index).is_some() {
+            true => Abort::NOT_MAPPABLE,
+            false => missing,
+        }
+    })?;
     let mappable = match way {
         Direction::Receive => found.maps_rpdo(),
         Direction::Transmit => found.maps_tpdo(),

@@ -82,6 +82,13 @@ impl Rpdo {
         None
     }
 
+    /// Another longest time between frames, from the next one on.
+    pub(crate) fn set_deadline(&mut self, deadline_ms: u16) {
+        self.parameters.deadline_ms = deadline_ms;
+        self.deadline = Instant::NEVER;
+        self.flaws.set(CommunicationErrors::RPDO_TIMEOUT, false);
+    }
+
     /// Counts a SYNC; returns the data that are to be applied with it.
     #[inline]
     pub(crate) fn sync(&mut self) -> Option<u64> {
@@ -155,7 +162,8 @@ impl<M: NodeMemory> Node<M> {
 
     /// A frame for receive PDO `n` that is not as long as its mapping, or the first good one after
     /// such, or one that has a deadline. Whether it is applied: a frame shorter than its mapping is
-    /// not (CiA 301 7.2.2.4); a longer one is, with the bytes that are mapped.
+    /// not (CiA 301 7.2.2.4); a longer one is, with the bytes that are mapped. A disabled mapping
+    /// takes none, and no length is wrong for it.
     #[cold]
     fn judge_frame(&mut self, n: usize, length: u8, now: Instant, events: &mut Events) -> bool {
         let has_deadlines = self.device.dialect.pdo_events;
@@ -163,6 +171,9 @@ impl<M: NodeMemory> Node<M> {
             return false;
         };
         let mapped = rpdo.mapping.bytes();
+        if mapped == 0 {
+            return false;
+        }
         let before = rpdo.flaws;
         rpdo.flaws
             .set(CommunicationErrors::RPDO_TOO_SHORT, length < mapped);

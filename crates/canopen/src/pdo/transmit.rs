@@ -79,7 +79,7 @@ impl Tpdo {
         mapping: Mapping::EMPTY,
     };
 
-    /// A PDO that counts SYNCs from now on. `exists`: its COB-ID is valid.
+    /// A PDO that has sent nothing yet and counts no SYNCs. `exists`: its COB-ID is valid.
     pub(crate) fn new(
         exists: bool,
         parameters: TpdoParameters,
@@ -97,14 +97,12 @@ impl Tpdo {
             254 | 255 => Kind::Event,
             _ => Kind::Off,
         };
-        let mut tpdo = Tpdo {
+        Tpdo {
             kind,
             parameters,
             mapping,
             ..Tpdo::OFF
-        };
-        tpdo.restart();
-        tpdo
+        }
     }
 
     /// Whether events have something to do with it.
@@ -140,23 +138,21 @@ impl Tpdo {
         }
     }
 
-    /// Starts counting SYNCs anew, and forgets what was sent.
-    pub(crate) fn restart(&mut self) {
-        self.every = self.period();
+    /// Starts counting SYNCs anew; with a counter in them, from the one with the start value.
+    pub(crate) fn count_anew(&mut self, with_counter: bool) {
+        let waits = with_counter && self.kind == Kind::Cyclic && self.parameters.sync_start != 0;
+        (self.starts_at, self.every) = match waits {
+            true => (self.parameters.sync_start, 0),
+            false => (0, self.period()),
+        };
         self.left = self.every;
-        self.starts_at = 0;
+    }
+
+    /// Forgets what was sent.
+    pub(crate) fn forget(&mut self) {
         self.is_known = false;
         self.has_event = false;
         self.timer_due = Instant::NEVER;
-    }
-
-    /// Waits for the SYNC with its start value.
-    pub(crate) fn wait_for_start(&mut self) {
-        if self.kind == Kind::Cyclic && self.parameters.sync_start != 0 {
-            self.starts_at = self.parameters.sync_start;
-            self.every = 0;
-            self.left = 0;
-        }
     }
 }
 

@@ -8,14 +8,17 @@
 )]
 
 mod bench;
+pub mod config;
 pub mod devices;
 pub mod full;
 pub mod lss;
 pub mod script;
 pub mod sdo_server;
+pub mod stand;
 pub mod streams;
 
 pub use bench::{Bench, ID, Recorder};
 pub use devices::{BASIC, P3_LIKE, STANDARD};
 pub use full::FULL;
+pub use stand::Stand;
 pub use streams::{Call, Streams};

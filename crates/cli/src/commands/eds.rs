@@ -7,7 +7,7 @@ mod read;
 use std::fs;
 use std::process::ExitCode;
 
-use eds::{Eds, Exported, FileDate, Style};
+use eds::{Eds, Style};
 use personalities::Personality;
 
 use crate::{Failure, drive_kind, output};
@@ -56,39 +56,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             let drive =
                 drive.ok_or_else(|| Failure::input("name a drive, as in servobus eds p3"))?;
             put(
-                &of_drive(drive),
+                &sim::data_sheet(drive),
                 Style::default(),
                 arguments.output.as_deref(),
             )?;
             Ok(ExitCode::SUCCESS)
         }
     }
-}
-
-/// The same dictionary gives the same file, so the date is this exporter's, not today's.
-const EXPORTER_DATE: FileDate = FileDate {
-    year: 2026,
-    month: 11,
-    day: 25,
-    hour: 0,
-    minute: 0,
-};
-
-/// The EDS of a drive that is built in.
-fn of_drive(drive: &Personality) -> Eds {
-    eds::export(&Exported {
-        table: drive.device.table,
-        file_name: &format!("{}.eds", drive.name),
-        description: &format!("virtual drive of servobus: {}", drive.title),
-        author: "servobus",
-        date: EXPORTER_DATE,
-        vendor_name: drive.title.split(' ').next().unwrap_or_default(),
-        product_name: drive.title,
-        order_code: drive.name,
-        bit_rates_kbit: &[1000],
-        granularity_bits: 8,
-        lss: false,
-    })
 }
 
 /// The bytes of a file.

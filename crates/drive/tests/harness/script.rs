@@ -8,7 +8,7 @@ use canopen::nmt::Reset;
 use canopen::{Instant, NodeId};
 use control::Feedback;
 use control::io::{Duty, Sample};
-use drive::{Drive, Hardware, Health, Request};
+use drive::{Drive, Hardware, Health, NoHost, Request};
 use personalities::p3::{IMAGE_BYTES, P3};
 use plant::{Parameters, Plant};
 
@@ -143,11 +143,11 @@ impl World {
     /// If a rule is broken.
     pub fn act(&mut self, step: Step) {
         match step {
-            Step::Receive(frame) => self.drive.receive(&frame, self.now),
+            Step::Receive(frame) => self.drive.receive(&frame, self.now, &mut NoHost),
             Step::Wait { ns } => {
                 self.now = self.now.plus_ns(ns);
                 self.periods((ns / 50_000).min(PERIODS));
-                self.drive.poll(self.now);
+                self.drive.poll(self.now, &mut NoHost);
                 let deadline = self.drive.next_deadline();
                 assert!(deadline > self.now || self.now == Instant::NEVER);
             }
@@ -157,6 +157,7 @@ impl World {
                 store_damaged: code & 2 != 0,
                 can_overrun: code & 4 != 0,
                 bus_off_recovered: register & 1 != 0,
+                error_passive: register & 2 != 0,
             }),
             Step::Complete(result) => {
                 if core::mem::take(&mut self.pending) {
@@ -164,27 +165,30 @@ impl World {
                 }
             }
             Step::TakeOne => {
-                self.drive.transmit();
+                self.drive.transmit(&mut NoHost);
             }
             Step::TakeAll => {
                 // Eight emergencies, four TPDOs, one SDO answer, boot-up, heartbeat.
-                let taken = (0..=15).take_while(|_| self.drive.transmit().is_some());
+                let taken = (0..=15).take_while(|_| self.drive.transmit(&mut NoHost).is_some());
                 assert!(taken.count() <= 15, "transmit has no end");
             }
             Step::Judge(_) => self.periods(1),
-            Step::Restart => self.drive.reset_communication(&self.stored, self.now),
+            Step::Restart => {
+                let id = self.drive.comms().node().id();
+                self.drive.reset_communication(&self.stored, id, self.now);
+            }
         }
         self.obey();
         self.check_words();
     }
 
     fn spurious_poll(&mut self) {
-        self.drive.poll(self.now);
+        self.drive.poll(self.now, &mut NoHost);
         let before = (
             self.drive.next_deadline(),
             self.drive.comms().node().is_silent(),
         );
-        self.drive.poll(self.now);
+        self.drive.poll(self.now, &mut NoHost);
         let after = (
             self.drive.next_deadline(),
             self.drive.comms().node().is_silent(),
@@ -206,8 +210,19 @@ impl World {
                     self.stored = bytes;
                     self.pending = true;
                 }
+                Request::Restore(request) => {
+                    let mut bytes = vec![0; 16 * 1024];
+                    let used = self
+                        .drive
+                        .restored(request, &self.stored, &mut bytes)
+                        .expect("less than was stored");
+                    bytes.truncate(used);
+                    self.stored = bytes;
+                    self.pending = true;
+                }
                 Request::Reset(Reset::Communication) => {
-                    self.drive.reset_communication(&self.stored, self.now);
+                    let id = self.drive.comms().node().id();
+                    self.drive.reset_communication(&self.stored, id, self.now);
                 }
                 Request::Reset(Reset::Node) => {
                     self.drive = boot(&self.stored, Health::default(), self.now);

@@ -103,6 +103,7 @@ pub static P3: Personality = Personality {
     amplifier: motor::amplifier(&OBJECTS_CONST),
     faults: FAULTS,
     errors: ErrorRules {
+        bus_off_leaves_state: false,
         keeps_last_code: true,   // P17
         names_ended_error: true, // P16
     },
@@ -112,4 +113,5 @@ pub static P3: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     presets_position: Some(Address::new(0x6064, 0)),    // P25
+    host: None,
 };

@@ -10,7 +10,7 @@ mod faults;
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
 use crate::p3;
-use crate::{ErrorRules, FaultRow, MOST_FAULTS, Personality};
+use crate::{ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -33,8 +33,11 @@ pub const IMAGE_BYTES: usize = OBJECTS_CONST.image_bytes();
 /// The same dictionary as a constant, to resolve handles in.
 const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
-/// Plain CiA 301.
-pub const CANOPEN: canopen::Dialect = canopen::Dialect::STANDARD;
+/// Plain CiA 301, and 0x1F80 as the P3 has it: 0 boots to operational.
+pub const CANOPEN: canopen::Dialect = canopen::Dialect {
+    boots_to_operational: true,
+    ..canopen::Dialect::STANDARD
+};
 
 /// Plain CiA 402, with the P3's modes.
 pub const CIA402: cia402::Dialect = cia402::Dialect {
@@ -58,6 +61,7 @@ pub static P3_EXTENDED: Personality = Personality {
     faults: FAULTS,
     errors: ErrorRules {
         keeps_last_code: false,
+        bus_off_leaves_state: true,
         names_ended_error: true,
     },
     supply: p3::SUPPLY,
@@ -66,4 +70,13 @@ pub static P3_EXTENDED: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     stores_single_entry: Some(Address::new(0x1010, 4)),
     presets_position: Some(Address::new(0x6064, 0)),
+    host: Some(HostObjects {
+        data_sheet: Address::new(0x1021, 0),
+        software_version: OBJECTS_CONST.need(0x100A, 0),
+        program: Address::new(0x1F50, 1),
+        program_control: Address::new(0x1F51, 1),
+        program_state: OBJECTS_CONST.handle(0x1F51, 1),
+        program_identification: OBJECTS_CONST.handle(0x1F56, 1),
+        program_status: OBJECTS_CONST.handle(0x1F57, 1),
+    }),
 };

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             }
             (reading.eds, reading.style)
         }
-        None => (super::of_drive(arguments.drive), Style::default()),
+        None => (sim::data_sheet(arguments.drive), Style::default()),
     };
     let mut live = upload(arguments, &eds)?;
     let values = live
