@@ -19,6 +19,7 @@ TYPES = {
     "UNSIGNED32": od.UNSIGNED32,
     "REAL32": od.REAL32,
     "VISIBLE_STRING": od.VISIBLE_STRING,
+    "DOMAIN": od.DOMAIN,
 }
 
 

@@ -32,6 +32,14 @@ def directory() -> Path:
     return path
 
 
+def replayed(log: Path) -> bool:
+    """Whether a recording is repeated byte for byte."""
+    command = [servobus(), "replay", str(log)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=STOP_TIMEOUT_S)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return ended.stdout.rstrip().endswith("identical")
+
+
 class Simulation:
     """Virtual drives behind a socketcand and an slcan door, or other ones, recorded to `log`;
     `options` are more words for `servobus sim`.

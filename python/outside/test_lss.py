@@ -8,7 +8,7 @@ from canopen.lss import LssError
 
 from conftest import connected
 from dictionary import object_dictionary
-from simulation import Simulation, directory
+from simulation import Simulation, directory, replayed
 
 DRIVE = "p3-extended"
 UNCONFIGURED = "unconfigured:3"
@@ -25,8 +25,8 @@ class Bus:
     """A simulation whose drives keep what they store, and a network on it."""
 
     def __init__(self, name: str, store):
-        options = ["--drive", DRIVE, "--store", str(store)]
-        self.simulation = Simulation(UNCONFIGURED, directory() / f"lss-{name}.log", *options)
+        log = directory() / f"lss-{name}.log"
+        self.simulation = Simulation(UNCONFIGURED, log, "--store", str(store), drive=DRIVE)
         self._connection = connected(self.simulation.socketcand())
         self.network = next(self._connection)
         self.lss = self.network.lss
@@ -36,6 +36,11 @@ class Bus:
         for _ in self._connection:
             raise AssertionError("a network is connected once")
         self.simulation.stop()
+        assert replayed(self.simulation.log)
+
+    def told(self) -> str:
+        """What the simulation has said of its drives."""
+        return self.simulation.log.with_suffix(".stderr.txt").read_text()
 
     def scan(self):
         """The identity of the next drive without a node ID, or None."""
@@ -210,3 +215,20 @@ def test_a_node_id_can_be_taken_away(start):
     time.sleep(0.5)
     assert bus.nodes() == []
     assert bus.scan() == identity
+
+
+def test_a_bit_rate_is_activated_stored_and_then_missed_at_the_old_one(start):
+    bus = start()
+    identity = bus.assign(5)
+    assert bus.lss.send_switch_state_selective(*identity)
+    bus.lss.configure_bit_timing(4)
+    bus.lss.store_configuration()
+    bus.lss.activate_bit_timing(50)
+    time.sleep(0.3)
+    bus.waiting()
+    assert bus.nodes() == [5]
+    bus.stop()
+    # The next bus has 1 Mbit/s again, and the drive has 125 kbit/s.
+    again = start()
+    assert again.nodes() == []
+    assert "node 5 (drive u" in again.told() and "it starts with 125 kbit/s" in again.told()

@@ -1,4 +1,4 @@
-//! Counts what a frame costs: our CANopen device and two others of the Rust registry, zencan-node
+//! Counts what a frame costs, and a byte of a long transfer: our CANopen device and two others of the Rust registry, zencan-node
 //! and canopen-rs, in the same run.
 //!
 //! The program runs itself under valgrind's callgrind, each case twice, with few and with many
@@ -6,10 +6,12 @@
 //! cost of one iteration, free of set-up, and repeats to the instruction.
 //!
 //! - [`subject`]: the cases, and what a stack must offer to be measured;
+//! - [`block`]: SDO block transfers, of which there is only our own pair of client and server;
 //! - [`measure`]: counting instructions;
-//! - [`period`]: wall-clock time, for the control cascade;
+//! - [`period`]: wall-clock time, for the control cascade and block transfers;
 //! - [`report`]: the figures as a table and as JSON.
 
+pub mod block;
 pub mod measure;
 pub mod period;
 pub mod report;

@@ -8,15 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io};
 
+use bench::block::{self, Contents};
 use bench::measure::{self, MeasureError};
 use bench::period;
 use bench::report::{Figure, Report, Row};
-use bench::subject::{Case, Wrong};
+use bench::subject::{Case, Direction, Side, Wrong};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser as _;
 
-use crate::subjects::SubjectName;
+use crate::subjects::{SubjectName, blocks};
 
 /// Counts the instructions a CANopen frame costs, ours beside two other Rust stacks.
 ///
@@ -61,6 +62,8 @@ fn case_parser() -> impl clap::builder::TypedValueParser<Value = Case> {
 enum Error {
     #[error("{0} has no clock, hence no {case}", case = Case::IdlePoll.name())]
     NoClock(&'static str),
+    #[error("{case} is between servobus's own client and server, not for {subject}", case = case.name())]
+    OursOnly { subject: &'static str, case: Case },
     #[error("{subject}, {case}: {wrong}", case = case.name())]
     Wrong {
         subject: &'static str,
@@ -106,10 +109,13 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
             if !subject.offers(case) {
                 return Ok(None);
             }
-            let (subject, case) = (subject.name(), case.name());
-            let arguments = ["--subject", subject, "--case", case, "--iterations"];
-            let count = measure::instructions_per_iteration(&program, &arguments)?;
-            Ok(Some(Figure::Instructions(count)))
+            let subject = subject.name();
+            let arguments = ["--subject", subject, "--case", case.name(), "--iterations"];
+            let cost = measure::cost(&program, &arguments, case.run_lengths())?;
+            Ok(Some(match case.is_block() {
+                true => Figure::InstructionsPerByte(cost.per_byte(block::BYTES)),
+                false => Figure::Instructions(cost.per_iteration()),
+            }))
         };
         report.rows.push(Row {
             metric: case.metric(),
@@ -122,10 +128,63 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
     if let Some(time) = period::measure(period::RUNS, period::PERIODS, control_period::new()) {
         report.push_control_period("servobus", time);
     }
+    block_speed(&mut report)?;
     println!("{}", report.table());
     if let Some(path) = json {
         let text = format!("{:#}\n", report.json());
         fs::write(path, text).map_err(|error| Error::Json(path.to_owned(), error))?;
+    }
+    Ok(())
+}
+
+/// How fast our own pair transfers blocks.
+fn block_speed(report: &mut Report) -> Result<(), Error> {
+    let contents = Contents::new(block::BYTES);
+    let upload = [
+        "block_upload_bytes_per_s",
+        "block_upload_median_bytes_per_s",
+    ];
+    let pair = blocks::uploads(&contents);
+    push_block_speed(
+        report,
+        Case::Block(Direction::Upload, Side::Pair),
+        upload,
+        pair,
+    )?;
+    let download = [
+        "block_download_bytes_per_s",
+        "block_download_median_bytes_per_s",
+    ];
+    let pair = blocks::downloads(&contents);
+    push_block_speed(
+        report,
+        Case::Block(Direction::Download, Side::Pair),
+        download,
+        pair,
+    )
+}
+
+fn push_block_speed(
+    report: &mut Report,
+    case: Case,
+    metrics: [&'static str; 2],
+    mut transfer: impl FnMut() -> Result<(), Wrong>,
+) -> Result<(), Error> {
+    let subject = SubjectName::Servobus.name();
+    let mut result = Ok(());
+    let run = || {
+        if let Err(wrong) = transfer() {
+            result = Err(wrong);
+        }
+    };
+    let time = period::measure(period::RUNS, period::TRANSFERS, run);
+    result.map_err(|wrong| Error::Wrong {
+        subject,
+        case,
+        wrong,
+    })?;
+    if let Some(time) = time {
+        report.push_block_speed(metrics, subject, block::BYTES, time);
     }
     Ok(())
 }

@@ -5,10 +5,26 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The two run lengths, in iterations. They have as many digits as each other, so that reading
-/// them from the command line costs the same; their difference is a multiple of every cycle of
-/// requests and values in the cases.
-pub const ITERATIONS: [u64; 2] = [1_000, 9_000];
+/// What a number of iterations costs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cost {
+    /// Instructions of all of them.
+    pub instructions: u64,
+    /// How many they are; never 0.
+    pub iterations: u64,
+}
+
+impl Cost {
+    /// Instructions of one iteration, rounded to the nearest.
+    pub fn per_iteration(self) -> u64 {
+        (self.instructions + self.iterations / 2) / self.iterations
+    }
+
+    /// Instructions for each byte, if an iteration moves so many.
+    pub fn per_byte(self, bytes: usize) -> f64 {
+        self.instructions as f64 / self.iterations as f64 / bytes as f64
+    }
+}
 
 /// Why there is no figure.
 #[derive(Debug, thiserror::Error)]
@@ -34,9 +50,13 @@ pub enum MeasureError {
     /// The file of counts holds no total.
     #[error("callgrind's file of counts has no `totals:` line")]
     NoTotal,
-    /// The longer run took fewer instructions than the shorter one.
-    #[error("{long} instructions in {} iterations, {short} in {}", ITERATIONS[1], ITERATIONS[0])]
+    /// The longer run is not longer, or took fewer instructions than the shorter one.
+    #[error("{long} instructions in {many} iterations, {short} in {few}")]
     Backwards {
+        /// Iterations of the shorter run.
+        few: u64,
+        /// Iterations of the longer run.
+        many: u64,
         /// Instructions of the shorter run.
         short: u64,
         /// Instructions of the longer run.
@@ -44,25 +64,37 @@ pub enum MeasureError {
     },
 }
 
-/// Instructions of one iteration: runs `program` with `arguments` and then each of the
-/// [`ITERATIONS`] as last argument, and divides the differences, rounding to the nearest
-/// instruction. `program` must be a release build.
+/// What the iterations cost by which the second of `run_lengths` is longer than the first: runs
+/// `program` with `arguments` and then each of them as last argument, and takes the difference.
+/// `program` must be a release build.
 ///
 /// # Errors
 /// If valgrind or the program fails, or the counts make no sense.
-pub fn instructions_per_iteration(program: &Path, arguments: &[&str]) -> Result<u64, MeasureError> {
-    let [few, many] = ITERATIONS;
+pub fn cost(
+    program: &Path,
+    arguments: &[&str],
+    run_lengths: [u64; 2],
+) -> Result<Cost, MeasureError> {
+    let [few, many] = run_lengths;
     let short = instructions(program, arguments, few)?;
     let long = instructions(program, arguments, many)?;
-    difference(short, long)
+    difference([few, many], [short, long])
 }
 
-fn difference(short: u64, long: u64) -> Result<u64, MeasureError> {
-    let iterations = ITERATIONS[1] - ITERATIONS[0];
-    let instructions = long
-        .checked_sub(short)
-        .ok_or(MeasureError::Backwards { short, long })?;
-    Ok((instructions + iterations / 2) / iterations)
+fn difference([few, many]: [u64; 2], [short, long]: [u64; 2]) -> Result<Cost, MeasureError> {
+    let iterations = many.checked_sub(few).filter(|iterations| *iterations > 0);
+    match (iterations, long.checked_sub(short)) {
+        (Some(iterations), Some(instructions)) => Ok(Cost {
+            instructions,
+            iterations,
+        }),
+        _ => Err(MeasureError::Backwards {
+            few,
+            many,
+            short,
+            long,
+        }),
+    }
 }
 
 /// Instructions of one whole run.
@@ -116,18 +148,24 @@ mod tests {
     #[test]
     fn set_up_cancels_and_noise_is_rounded_away() {
         // 50,000 of set-up, 123 each: 50,000 + 1,000 × 123 and 50,000 + 9,000 × 123.
-        assert_eq!(difference(173_000, 1_157_000).ok(), Some(123));
-        assert_eq!(difference(173_000, 1_157_000 + 3_999).ok(), Some(123));
-        assert_eq!(difference(173_000, 1_157_000 + 4_000).ok(), Some(124));
-        assert!(matches!(
-            difference(2, 1),
-            Err(MeasureError::Backwards { short: 2, long: 1 })
-        ));
+        let iterations = [1_000, 9_000];
+        let each = |long| difference(iterations, [173_000, long]).map(Cost::per_iteration);
+        assert_eq!(each(1_157_000).ok(), Some(123));
+        assert_eq!(each(1_157_000 + 3_999).ok(), Some(123));
+        assert_eq!(each(1_157_000 + 4_000).ok(), Some(124));
+        assert!(difference(iterations, [2, 1]).is_err());
+        assert!(difference([1, 1], [1, 2]).is_err());
+    }
+
+    #[test]
+    fn the_cost_of_a_byte_is_not_rounded() {
+        let cost = difference([1, 3], [50_000, 50_000 + 2 * 1_234]);
+        assert_eq!(cost.ok().map(|cost| cost.per_byte(100)), Some(12.34));
     }
 
     #[test]
     fn a_failing_program_is_not_a_figure() {
-        let error = instructions_per_iteration(Path::new("/bin/false"), &["x"]);
+        let error = cost(Path::new("/bin/false"), &["x"], [1, 3]);
         assert!(error.is_err(), "{error:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Wall-clock time of one control period.
+//! Wall-clock time of one control period, or of one block transfer.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -8,6 +8,9 @@ pub const RUNS: usize = 9;
 
 /// How many periods a run should have at least.
 pub const PERIODS: u32 = 200_000;
+
+/// How many block transfers a run should have.
+pub const TRANSFERS: u32 = 8;
 
 /// The time of one period over several runs.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -20,8 +20,12 @@ pub struct Row {
 pub enum Figure {
     /// A count of instructions, exact.
     Instructions(u64),
+    /// Instructions for each byte that is transferred; written with one decimal.
+    InstructionsPerByte(f64),
     /// A time, in nanoseconds; written with one decimal.
     Nanoseconds(f64),
+    /// A speed; written without decimals.
+    BytesPerSecond(f64),
 }
 
 /// The figures of all subjects.
@@ -37,27 +41,48 @@ impl Report {
     /// Adds the time of a control period, which only `subject` has: the best run as
     /// `control_period_ns`, the middle one as `control_period_median_ns`.
     pub fn push_control_period(&mut self, subject: &str, time: PeriodTime) {
-        for (metric, time_ns) in [
-            ("control_period_ns", time.best_ns),
-            ("control_period_median_ns", time.median_ns),
-        ] {
-            let figure = |name: &&str| (*name == subject).then_some(Figure::Nanoseconds(time_ns));
-            let figures = self.subjects.iter().map(figure).collect();
-            self.rows.push(Row { metric, figures });
+        let (best, median) = (time.best_ns, time.median_ns);
+        self.push_one("control_period_ns", subject, Figure::Nanoseconds(best));
+        let median = Figure::Nanoseconds(median);
+        self.push_one("control_period_median_ns", subject, median);
+    }
+
+    /// Adds how fast a pair of ends transfers blocks, if a transfer of `bytes` bytes takes `time`;
+    /// only `subject` has them. The best run under the first name of `metrics`, the middle one
+    /// under the second.
+    pub fn push_block_speed(
+        &mut self,
+        metrics: [&'static str; 2],
+        subject: &str,
+        bytes: usize,
+        time: PeriodTime,
+    ) {
+        for (metric, time_ns) in metrics.into_iter().zip([time.best_ns, time.median_ns]) {
+            let speed = Figure::BytesPerSecond(bytes as f64 / time_ns * 1e9);
+            self.push_one(metric, subject, speed);
         }
+    }
+
+    fn push_one(&mut self, metric: &'static str, subject: &str, figure: Figure) {
+        let figure = |name: &&str| (*name == subject).then_some(figure);
+        let figures = self.subjects.iter().map(figure).collect();
+        self.rows.push(Row { metric, figures });
     }
 
     /// The report as a table for people; a dash stands where a subject lacks the function.
     pub fn table(&self) -> Table {
         let mut table = Table::new();
         table.load_style(presets::UTF8_FULL_CONDENSED);
-        let header = ["instructions or nanoseconds"];
+        let header = ["figure"];
         table.set_header(header.iter().chain(&self.subjects));
         for row in &self.rows {
             let figures = row.figures.iter().map(|figure| match figure {
                 None => "–".to_owned(),
                 Some(Figure::Instructions(count)) => thousands(*count),
-                Some(Figure::Nanoseconds(time_ns)) => format!("{time_ns:.1}"),
+                Some(Figure::InstructionsPerByte(value) | Figure::Nanoseconds(value)) => {
+                    format!("{value:.1}")
+                }
+                Some(Figure::BytesPerSecond(speed)) => thousands(speed.round() as u64),
             });
             table.add_row(std::iter::once(row.metric.to_owned()).chain(figures));
         }
@@ -85,7 +110,10 @@ fn number(figure: Option<Figure>) -> Value {
     match figure {
         None => Value::Null,
         Some(Figure::Instructions(count)) => count.into(),
-        Some(Figure::Nanoseconds(time_ns)) => ((time_ns * 10.0).round() / 10.0).into(),
+        Some(Figure::InstructionsPerByte(value) | Figure::Nanoseconds(value)) => {
+            ((value * 10.0).round() / 10.0).into()
+        }
+        Some(Figure::BytesPerSecond(speed)) => (speed.round() as u64).into(),
     }
 }
 
@@ -109,16 +137,31 @@ mod tests {
     fn report() -> Report {
         let mut report = Report {
             subjects: vec!["ours", "theirs"],
-            rows: vec![Row {
-                metric: "idle_poll_instructions",
-                figures: vec![Some(Figure::Instructions(1_254)), None],
-            }],
+            rows: vec![
+                Row {
+                    metric: "idle_poll_instructions",
+                    figures: vec![Some(Figure::Instructions(1_254)), None],
+                },
+                Row {
+                    metric: "block_upload_instructions_per_byte",
+                    figures: vec![Some(Figure::InstructionsPerByte(44.449)), None],
+                },
+            ],
         };
         let time = PeriodTime {
             best_ns: 189.96,
             median_ns: 201.0,
         };
         report.push_control_period("ours", time);
+        let time = PeriodTime {
+            best_ns: 1_000.0,
+            median_ns: 3_000.0,
+        };
+        let metrics = [
+            "block_upload_bytes_per_s",
+            "block_upload_median_bytes_per_s",
+        ];
+        report.push_block_speed(metrics, "ours", 7, time);
         report
     }
 
@@ -126,8 +169,11 @@ mod tests {
     fn json_has_the_figures_by_metric_and_subject() {
         let expected = serde_json::json!({
             "idle_poll_instructions": {"ours": 1254, "theirs": null},
+            "block_upload_instructions_per_byte": {"ours": 44.4, "theirs": null},
             "control_period_ns": {"ours": 190.0, "theirs": null},
             "control_period_median_ns": {"ours": 201.0, "theirs": null},
+            "block_upload_bytes_per_s": {"ours": 7_000_000, "theirs": null},
+            "block_upload_median_bytes_per_s": {"ours": 2_333_333, "theirs": null},
         });
         assert_eq!(report().json(), expected);
     }
@@ -142,9 +188,12 @@ mod tests {
             words.map(str::to_owned).collect()
         };
         let poll = ["idle_poll_instructions", "1,254", "–"];
+        let byte = ["block_upload_instructions_per_byte", "44.4", "–"];
         let period = ["control_period_ns", "190.0", "–"];
-        assert_eq!(line(poll[0]), poll);
-        assert_eq!(line(period[0]), period);
+        let speed = ["block_upload_bytes_per_s", "7,000,000", "–"];
+        for expected in [poll, byte, period, speed] {
+            assert_eq!(line(expected[0]), expected);
+        }
     }
 
     #[test]

@@ -46,15 +46,43 @@ pub enum Case {
     /// The periodic call of an operational node that has nothing to do: four TPDOs configured,
     /// heartbeat armed, nothing due.
     IdlePoll,
+    /// SDO transfer of 1 MiB in blocks of 127 segments, with checksum.
+    Block(Direction, Side),
+}
+
+/// Which way a transfer goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// From server to client.
+    Upload,
+    /// From client to server.
+    Download,
+}
+
+/// Which ends of a transfer are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Client and server.
+    Pair,
+    /// The server alone.
+    Server,
+    /// The client alone.
+    Client,
 }
 
 impl Case {
     /// Every case, in the order of the report.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 10] = [
         Self::SdoUpload,
         Self::SdoUpload500,
         Self::Sync4Tpdo,
         Self::IdlePoll,
+        Self::Block(Direction::Upload, Side::Pair),
+        Self::Block(Direction::Upload, Side::Server),
+        Self::Block(Direction::Upload, Side::Client),
+        Self::Block(Direction::Download, Side::Pair),
+        Self::Block(Direction::Download, Side::Server),
+        Self::Block(Direction::Download, Side::Client),
     ];
 
     /// The case's name on the command line.
@@ -64,6 +92,12 @@ impl Case {
             Self::SdoUpload500 => "sdo_upload_500",
             Self::Sync4Tpdo => "sync_4tpdo",
             Self::IdlePoll => "idle_poll",
+            Self::Block(Direction::Upload, Side::Pair) => "block_upload",
+            Self::Block(Direction::Upload, Side::Server) => "block_upload_server",
+            Self::Block(Direction::Upload, Side::Client) => "block_upload_client",
+            Self::Block(Direction::Download, Side::Pair) => "block_download",
+            Self::Block(Direction::Download, Side::Server) => "block_download_server",
+            Self::Block(Direction::Download, Side::Client) => "block_download_client",
         }
     }
 
@@ -74,19 +108,42 @@ impl Case {
             Self::SdoUpload500 => "sdo_upload_500_instructions",
             Self::Sync4Tpdo => "sync_4tpdo_instructions",
             Self::IdlePoll => "idle_poll_instructions",
+            Self::Block(Direction::Upload, Side::Pair) => "block_upload_instructions_per_byte",
+            Self::Block(Direction::Upload, Side::Server) => {
+                "block_upload_server_instructions_per_byte"
+            }
+            Self::Block(Direction::Upload, Side::Client) => {
+                "block_upload_client_instructions_per_byte"
+            }
+            Self::Block(Direction::Download, Side::Pair) => "block_download_instructions_per_byte",
+            Self::Block(Direction::Download, Side::Server) => {
+                "block_download_server_instructions_per_byte"
+            }
+            Self::Block(Direction::Download, Side::Client) => {
+                "block_download_client_instructions_per_byte"
+            }
         }
     }
 
-    /// How many objects the dictionary holds.
-    pub const fn objects(self) -> usize {
-        match self {
-            Self::SdoUpload500 => 500,
-            Self::SdoUpload | Self::Sync4Tpdo | Self::IdlePoll => 50,
+    /// Whether an iteration is a transfer of [`crate::block::BYTES`] bytes, and the figure one
+    /// for each byte.
+    pub const fn is_block(self) -> bool {
+        matches!(self, Self::Block(..))
+    }
+
+    /// The two run lengths, in iterations. They have as many digits as each other, so that reading
+    /// them from the command line costs the same; their difference is a multiple of every cycle of
+    /// requests, values and contents in the case.
+    pub const fn run_lengths(self) -> [u64; 2] {
+        if self.is_block() {
+            [1, 3]
+        } else {
+            [1_000, 9_000]
         }
     }
 }
 
-/// A CANopen device under measurement, operational, with [`Case::objects`] objects. Its
+/// A CANopen device under measurement, operational, with 50 or 500 objects. Its
 /// application's objects are u32 at ascending indices from [`MAPPED`]`[0]`, each with the value
 /// [`value_of`] its index; TPDO 1 to 4 map [`MAPPED`] with transmission type 1.
 ///
@@ -149,6 +206,23 @@ pub enum Wrong {
         expected: u64,
         /// Frames taken.
         got: u64,
+    },
+    /// A block transfer that did not end well.
+    #[error("the transfer did not end well for the {end}")]
+    Unfinished {
+        /// "client" or "server".
+        end: &'static str,
+    },
+    /// A block transfer that does not end.
+    #[error("the transfer does not end")]
+    Endless,
+    /// A block transfer of bytes other than those that should have come.
+    #[error("the bytes that the {end} sees are wrong from offset {offset} on")]
+    Bytes {
+        /// "client" or "server".
+        end: &'static str,
+        /// The first that is wrong or missing, or that is one too many.
+        offset: usize,
     },
 }
 

@@ -1,5 +1,6 @@
 //! The stacks under measurement.
 
+pub(crate) mod blocks;
 mod canopen_rs;
 mod servobus;
 mod zencan;
@@ -37,8 +38,13 @@ impl SubjectName {
 
     /// Whether it has the function that the case measures.
     pub(crate) const fn offers(self, case: Case) -> bool {
-        // canopen-rs knows no time: the application sends heartbeats and counts periods.
-        !matches!((self, case), (Self::CanopenRs, Case::IdlePoll))
+        match (self, case) {
+            // canopen-rs knows no time: the application sends heartbeats and counts periods.
+            (Self::CanopenRs, Case::IdlePoll) => false,
+            // Between our own client and server only.
+            (_, Case::Block(..)) => matches!(self, Self::Servobus),
+            _ => true,
+        }
     }
 }
 
@@ -56,6 +62,9 @@ pub(crate) fn run(name: SubjectName, case: Case, iterations: u64) -> Result<(), 
         }
         (SubjectName::Servobus, Case::IdlePoll) => {
             subject::run_poll(&mut Servobus::with_50_objects(), iterations)
+        }
+        (SubjectName::Servobus, Case::Block(direction, side)) => {
+            blocks::run(direction, side, iterations)
         }
         (SubjectName::Zencan, Case::SdoUpload) => {
             subject::run_upload(&mut Zencan::with_50_objects(), iterations)
@@ -79,6 +88,10 @@ pub(crate) fn run(name: SubjectName, case: Case, iterations: u64) -> Result<(), 
             subject::run_sync(&mut CanopenRs::<50>::new(), iterations)
         }
         (SubjectName::CanopenRs, Case::IdlePoll) => return Err(Error::NoClock(name.name())),
+        (SubjectName::Zencan | SubjectName::CanopenRs, Case::Block(..)) => {
+            let subject = name.name();
+            return Err(Error::OursOnly { subject, case });
+        }
     };
     result.map_err(|wrong| Error::Wrong {
         subject: name.name(),

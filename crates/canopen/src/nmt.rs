@@ -179,7 +179,12 @@ impl<M: NodeMemory> Node<M> {
             tpdo.forget();
             tpdo.count_anew(with_counter);
             if !sends_pdos {
-                self.outbox.withdraw(Slot::Tpdo(n as u8));
+                let slot = Slot::Tpdo(n as u8);
+                if self.outbox.is_waiting(slot) {
+                    // What is not sent inhibits nothing.
+                    tpdo.free_at = Instant::ZERO;
+                }
+                self.outbox.withdraw(slot);
             }
         }
         for rpdo in &mut self.rpdo {

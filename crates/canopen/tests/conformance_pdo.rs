@@ -10,6 +10,8 @@ mod parameters;
 #[path = "checks/pdo_receive.rs"]
 mod receive;
 mod rules;
+#[path = "checks/pdo_start.rs"]
+mod start;
 #[path = "checks/pdo_transmit.rs"]
 mod transmit;
 
@@ -55,10 +57,10 @@ const RULES: &[Rule] = &[
     rule("PDO-22", "CiA 301 7.5.2.37", "Bit 30 of the COB-ID says whether remote requests are answered; it may change while the TPDO exists", transmit::request_allowed),
     rule("PDO-23", "CiA 301 7.2.2.3", "Synchronous TPDOs do not answer remote requests", transmit::request_of_synchronous),
     rule("PDO-24", "CiA 301 7.2.2.5", "A remote request is known by its identifier, of 11 or 29 bits, whatever length it asks for", transmit::request_by_identifier),
-    rule("PDO-25", "CiA 301 7.5.2.37", "SYNC start value: the SYNC with that counter is the first that a TPDO counts", transmit::sync_start),
-    rule("PDO-26", "CiA 301 7.5.2.37", "SYNC start value without a counter in 0x1019 has no effect", transmit::sync_start_without_counter),
-    rule("PDO-27", "CiA 301 7.5.2.37", "SYNC start value is waited for in each operational", transmit::sync_start_in_each_operational),
-    rule("PDO-28", "CiA 301 7.5.2.37", "SYNC start value does not change while the TPDO exists, and is 0 to 240: 0x06090030", transmit::sync_start_is_fixed),
+    rule("PDO-25", "CiA 301 7.5.2.37", "SYNC start value: the SYNC with that counter is the first that a TPDO counts", start::sync_start),
+    rule("PDO-26", "CiA 301 7.5.2.37", "SYNC start value without a counter in 0x1019 has no effect", start::sync_start_without_counter),
+    rule("PDO-27", "CiA 301 7.5.2.37", "SYNC start value is waited for in each operational", start::sync_start_in_each_operational),
+    rule("PDO-28", "CiA 301 7.5.2.37", "SYNC start value does not change while the TPDO exists, and is 0 to 240: 0x06090030", start::sync_start_is_fixed),
     rule("PDO-29", "CiA 301 7.5.2.38", "A TPDO whose mapping is disabled is not sent, whatever its type", transmit::empty_mapping),
     rule("PDO-30", "CiA 301 7.2.2.5", "A TPDO has as many bytes as its mapping, the last one filled up with zeros", transmit::length_is_the_mapping),
     rule("PDO-31", "CiA 301 7.5.2.37", "TPDOs have identifiers of 29 bits", transmit::wide_identifiers),
@@ -112,4 +114,5 @@ const RULES: &[Rule] = &[
     rule("PDO-79", "CiA 301 7.5.2.35", "Sub-index 4 does not exist: 0x06090011", parameters::no_sub_index_4),
     rule("PDO-80", "CiA 301 7.5.2.35", "Sub-index 0 is the highest sub-index, and constant", parameters::highest_sub_index),
     rule("PDO-81", "CiA 301 7.5.2.35", "Bit 31 of a COB-ID switches a PDO off and on at once", parameters::off_takes_effect),
+    rule("PDO-82", "CiA 301 7.5.2.37", "A TPDO that was withdrawn before it was sent inhibits nothing", transmit::inhibit_time_of_what_is_sent),
 ];

@@ -85,6 +85,11 @@ impl FromStr for NodeList {
 }
 
 impl NodeList {
+    /// Of different node IDs in ascending order; `None` if there is none.
+    pub(crate) fn of(nodes: &[NodeId]) -> Option<NodeList> {
+        (!nodes.is_empty()).then(|| NodeList(nodes.to_vec()))
+    }
+
     /// The node IDs in ascending order.
     pub(crate) fn nodes(&self) -> &[NodeId] {
         &self.0

@@ -13,6 +13,8 @@ pub struct Personality {
     pub title: &'static str,
     /// Dictionary, communication objects and CANopen dialect.
     pub device: canopen::Device,
+    /// The bit rates that it can have, slowest first.
+    pub bit_rates: &'static [can::BitRate],
     /// CiA 402 dialect.
     pub cia402: cia402::Dialect,
     /// Where the axis finds its objects.

@@ -8,10 +8,7 @@ fn main() {
             let settings = (1..=drives)
                 .map(|id| DriveSettings::new(NodeId::new(id).unwrap(), &personalities::p3::P3))
                 .collect();
-            let mut bus = Bus::new(BusSettings {
-                seed: 1,
-                drives: settings,
-            });
+            let mut bus = Bus::new(BusSettings::new(1, settings));
             bus.run_until(Instant(100_000_000));
             let frame = |id: u16, data: &[u8]| {
                 let mut bytes = [0; 8];

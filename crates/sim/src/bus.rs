@@ -1,12 +1,14 @@
 //! One simulated bus: a medium, its drives, the gateway, and the order of events.
 
-use can::Frame;
+use can::{BitRate, Frame};
 use canopen::{Instant, NodeId};
 
+use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
-use crate::medium::{InFlight, Medium, Sender, Traffic};
+use crate::medium::{Ended, InFlight, Media, Medium, Sender, Traffic};
 use crate::notice::{Notice, NoticeKind};
+use crate::place::Place;
 use crate::probe::ProbeSample;
 
 /// What a bus is.
@@ -14,22 +16,37 @@ use crate::probe::ProbeSample;
 pub struct BusSettings {
     /// Everything random follows from it.
     pub seed: u64,
-    /// The drives, of different node IDs.
+    /// The bit rate of outside programs, and of each drive in which LSS has stored no other.
+    pub bit_rate: BitRate,
+    /// What is done to frames between outside programs and the bus.
+    pub disturbance: Disturbance,
+    /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
+}
+
+impl BusSettings {
+    /// A bus of 1 Mbit/s, undisturbed.
+    pub fn new(seed: u64, drives: Vec<DriveSettings>) -> BusSettings {
+        BusSettings {
+            seed,
+            bit_rate: BitRate::Mbit1,
+            disturbance: Disturbance::default(),
+            drives,
+        }
+    }
 }
 
 /// A simulated bus.
 #[derive(Debug)]
 pub struct Bus {
     now: Instant,
-    medium: Medium,
+    media: Media,
     drives: Vec<VirtualDrive>,
     /// When each drive must be polled next, side by side: it is looked at with every event.
     due: Vec<Instant>,
     /// A drive may have changed from outside, so `due` is to be made anew.
     due_is_stale: bool,
-    /// A drive may wait for the wire.
-    contended: bool,
+    busy_ns: u64,
     gateway: Gateway,
     traffic: Vec<Traffic>,
     notices: Vec<Notice>,
@@ -41,21 +58,21 @@ pub struct Bus {
 impl Bus {
     /// A bus at time 0, its drives about to boot.
     pub fn new(settings: BusSettings) -> Bus {
-        let seed = settings.seed;
+        let (seed, bit_rate) = (settings.seed, settings.bit_rate);
         let mut drives: Vec<VirtualDrive> = settings
             .drives
             .into_iter()
-            .map(|drive| VirtualDrive::new(drive, seed))
+            .map(|drive| VirtualDrive::new(drive, seed, bit_rate))
             .collect();
-        drives.sort_by_key(VirtualDrive::node);
+        drives.sort_by_key(VirtualDrive::place);
         Bus {
             now: Instant::ZERO,
-            medium: Medium::new(),
+            media: Media::default(),
             due: Vec::with_capacity(drives.len()),
             due_is_stale: true,
-            contended: false,
+            busy_ns: 0,
             drives,
-            gateway: Gateway::default(),
+            gateway: Gateway::new(bit_rate, settings.disturbance, seed),
             traffic: Vec::new(),
             notices: Vec::new(),
             probe: None,
@@ -69,22 +86,43 @@ impl Bus {
         self.now
     }
 
-    /// The drives, in the order of their node IDs.
+    /// The bit rate of outside programs. When one of them, as LSS master, has the drives activate
+    /// another, theirs is changed with the first drive, as its user would set the interface anew.
+    pub fn bit_rate(&self) -> BitRate {
+        self.gateway.bit_rate()
+    }
+
+    /// The drives, in the order of their places.
     pub fn drives(&self) -> &[VirtualDrive] {
         &self.drives
     }
 
-    /// The drive of that node ID.
+    /// The first drive that has that node ID now.
     pub fn drive(&mut self, node: NodeId) -> Option<&mut VirtualDrive> {
         self.due_is_stale = true;
-        self.drives.iter_mut().find(|drive| drive.node() == node)
+        let mut drives = self.drives.iter_mut();
+        drives.find(|drive| drive.node() == Some(node))
+    }
+
+    /// The drive at that place.
+    pub fn drive_at(&mut self, place: Place) -> Option<&mut VirtualDrive> {
+        self.due_is_stale = true;
+        let mut drives = self.drives.iter_mut();
+        drives.find(|drive| drive.place() == place)
     }
 
     /// An outside program sends a frame now. It goes onto the wire when it wins arbitration. Call
     /// [`Bus::run_until`] with the present time before each call, as [`crate::replay()`] does: of
     /// frames sent at one instant the first then takes a free wire, also in a replay.
-    pub fn send(&mut self, client: u32, frame: Frame) {
-        self.gateway.push(client, frame);
+    ///
+    /// How often it goes onto the wire: once, unless the bus is disturbed.
+    pub fn send(&mut self, client: u32, frame: Frame) -> u8 {
+        self.gateway.push(client, frame)
+    }
+
+    /// What [`BusSettings::disturbance`] has done to frames on the way to the bus, and from it.
+    pub fn disturbed(&self) -> [Disturbed; 2] {
+        self.gateway.disturbed()
     }
 
     /// Outside frames that wait for the wire.
@@ -147,32 +185,45 @@ impl Bus {
         std::mem::take(&mut self.samples)
     }
 
-    /// Time for which the wire was busy since the start, ns.
+    /// Time for which the wire was busy since the start, as outside programs see it, ns: interframe
+    /// spaces included, and what has another bit rate left out.
     pub fn busy_ns(&self) -> u64 {
-        self.medium.busy_ns()
+        self.busy_ns
     }
 
     /// When something happens next beside plants and loops, which meet others only there.
     fn next_event(&self) -> Instant {
-        let mut next = self.medium.ends;
+        let mut next = Instant::NEVER;
+        for medium in self.media.iter() {
+            next = next.min(medium.ends);
+            if medium.ends == Instant::NEVER && self.is_contended(medium) {
+                next = next.min(medium.idle_at.max(self.now));
+            }
+        }
         for due in &self.due {
             next = next.min(*due);
         }
         if let Some((_, at)) = self.probe {
             next = next.min(at);
         }
-        let contended = self.contended || self.gateway.waiting() > 0;
-        if contended && self.medium.ends == Instant::NEVER {
-            next = next.min(self.medium.idle_at.max(self.now));
-        }
         next
+    }
+
+    /// Whether anybody may wait for this wire.
+    fn is_contended(&self, medium: &Medium) -> bool {
+        let gateway = &self.gateway;
+        medium.contended
+            || medium.bit_rate() == gateway.bit_rate() && !gateway.sends && gateway.waiting() > 0
     }
 
     /// Looks at every drive, if anyone outside may have changed one.
     fn refresh(&mut self) {
         if self.due_is_stale {
             self.due_is_stale = false;
-            self.contended = true;
+            self.media.contend(self.gateway.bit_rate());
+            for drive in &self.drives {
+                self.media.contend(drive.bit_rate());
+            }
             self.due.clear();
             self.due
                 .extend(self.drives.iter().map(VirtualDrive::next_poll));
@@ -195,89 +246,138 @@ impl Bus {
         let now = self.now;
         self.sample();
         // Frames.
-        if let Some(ended) = self.medium.take_ended(now) {
-            self.deliver(ended);
+        for n in 0..self.media.count() {
+            if let Some(ended) = self.media.nth(n).take_ended(now) {
+                self.deliver(&ended);
+            }
         }
         // Polls.
         let notices = &mut self.notices;
         for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
             if now >= *due {
-                let node = drive.node();
+                let (place, node, booted) = (drive.place(), drive.node(), drive.is_booting());
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
                         at: now,
+                        place,
                         node,
                         kind,
                     });
                 });
                 *due = drive.next_poll();
-                self.contended |= drive.controller.contender().is_some();
+                let (own, common) = (drive.bit_rate(), self.gateway.bit_rate());
+                if booted && !drive.is_booting() && own != common {
+                    notices.push(Notice {
+                        at: now,
+                        place,
+                        node: drive.node(),
+                        kind: NoticeKind::OtherBitRate {
+                            drive: own,
+                            bus: common,
+                        },
+                    });
+                }
+                if let Some(bit_rate) = drive.take_changed_rate() {
+                    self.gateway.drive_changed(bit_rate, now);
+                    self.media.contend(self.gateway.bit_rate());
+                }
+                if drive.controller.contender().is_some() {
+                    self.media.contend(drive.bit_rate());
+                }
             }
         }
         // Arbitration.
-        if self.medium.is_idle(now) {
-            self.arbitrate();
-        }
-    }
-
-    fn arbitrate(&mut self) {
-        self.contenders.clear();
-        for drive in &self.drives {
-            if let Some(frame) = drive.controller.contender() {
-                self.contenders.push((Sender::Drive(drive.node()), frame));
+        for n in 0..self.media.count() {
+            if self.media.nth(n).is_idle(now) {
+                self.arbitrate(n);
             }
         }
-        self.contended = !self.contenders.is_empty();
-        if let Some((client, frame)) = self.gateway.contender() {
-            self.contenders.push((Sender::Outside(client), frame));
-        }
-        self.medium.arbitrate(self.now, &self.contenders);
     }
 
-    fn deliver(&mut self, ended: InFlight) {
+    /// The wire of that number is free: who gets it?
+    fn arbitrate(&mut self, n: usize) {
+        let medium = self.media.nth(n);
+        self.contenders.clear();
+        for drive in &self.drives {
+            if drive.bit_rate() == medium.bit_rate()
+                && let Some(frame) = drive.controller.contender()
+            {
+                self.contenders.push((Sender::Drive(drive.place()), frame));
+            }
+        }
+        medium.contended = !self.contenders.is_empty();
+        let is_ours = medium.bit_rate() == self.gateway.bit_rate();
+        if is_ours && let Some((client, frame)) = self.gateway.contender() {
+            self.contenders.push((Sender::Outside(client), frame));
+        }
+        let busy_ns = medium.arbitrate(self.now, &self.contenders);
+        if is_ours {
+            self.busy_ns += busy_ns;
+            self.gateway.sends |= medium.carries_outside();
+        }
+    }
+
+    fn deliver(&mut self, ended: &Ended) {
         let now = self.now;
-        match ended {
+        let (InFlight::Frame { senders, .. } | InFlight::Collision { senders }) = &ended.what;
+        if senders
+            .iter()
+            .any(|sender| matches!(sender, Sender::Outside(_)))
+        {
+            self.gateway.sends = false;
+        }
+        // Who has another bit rate, or had it when this began, notices nothing.
+        let follow = |drive: &VirtualDrive| drive.controller.follows(ended.bit_rate, ended.began);
+        let all = self.drives.iter_mut().zip(&mut self.due);
+        let hearers = all.filter(|(drive, _)| follow(drive));
+        match &ended.what {
             InFlight::Frame { frame, senders } => {
-                for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
-                    if senders.contains(&Sender::Drive(drive.node())) {
+                for (drive, due) in hearers {
+                    if senders.contains(&Sender::Drive(drive.place())) {
                         drive.errors.transmitted();
-                        drive.controller.sent(frame);
+                        drive.controller.sent(*frame);
                         drive.fill_mailboxes();
-                        self.contended |= drive.controller.contender().is_some();
+                        if drive.controller.contender().is_some() {
+                            self.media.contend(ended.bit_rate);
+                        }
                     } else {
                         drive.errors.received();
-                        drive.hear(frame, now);
+                        drive.hear(*frame, now);
                     }
                     *due = drive.next_poll();
                 }
-                for sender in &senders {
+                for sender in senders {
                     if let Sender::Outside(client) = sender {
                         self.gateway.sent(*client);
                     }
                 }
-                if let Some(sender) = senders.first() {
+                if self.gateway.follows(ended.bit_rate, ended.began)
+                    && let Some(sender) = senders.first()
+                {
                     self.traffic.push(Traffic {
                         at: now,
-                        frame,
+                        frame: *frame,
                         sender: *sender,
+                        copies: self.gateway.copies(*sender),
                     });
                 }
             }
             InFlight::Collision { senders } => {
-                for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
-                    if !senders.contains(&Sender::Drive(drive.node())) {
+                for (drive, due) in hearers {
+                    if !senders.contains(&Sender::Drive(drive.place())) {
                         drive.errors.receive_error();
-                    } else if drive.errors.transmit_error(now) {
+                    } else if drive.errors.transmit_error(now, ended.bit_rate) {
                         drive.controller.clear();
                         self.notices.push(Notice {
                             at: now,
+                            place: drive.place(),
                             node: drive.node(),
                             kind: NoticeKind::BusOff,
                         });
                     }
                     *due = drive.next_poll();
                 }
-                self.contended = true;
+                self.media.contend(ended.bit_rate);
             }
         }
     }
@@ -291,12 +391,12 @@ impl Bus {
         }
         *at = at.plus_ns(*every_ns);
         for drive in &mut self.drives {
-            let node = drive.node();
+            let place = drive.place();
             let feedback = drive.core().map(drive::Drive::feedback);
             let truth = drive.plant().truth();
             self.samples.push(ProbeSample {
                 at: self.now,
-                node,
+                place,
                 position_turns: truth.position_turns(),
                 speed_rad_s: truth.speed_rad_s,
                 current_a: feedback.map_or(0.0, |feedback| feedback.current_q_a),

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use can::Frame;
+use can::{BitRate, Frame};
+use canopen::Instant;
 
 /// Frames that the receive FIFO holds.
 const FIFO_FRAMES: usize = 16;
@@ -10,13 +11,53 @@ const FIFO_FRAMES: usize = 16;
 const MAILBOXES: usize = 3;
 
 /// The controller between a drive's processor and the medium.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Controller {
+    bit_rate: BitRate,
+    /// Since when it has it.
+    tuned_at: Instant,
+    /// It sends nothing, whatever waits.
+    silent: bool,
     fifo: VecDeque<Frame>,
     mailboxes: Vec<Frame>,
 }
 
 impl Controller {
+    /// One that has this bit rate from the start.
+    pub(crate) fn new(bit_rate: BitRate) -> Controller {
+        Controller {
+            bit_rate,
+            tuned_at: Instant::ZERO,
+            silent: false,
+            fifo: VecDeque::with_capacity(FIFO_FRAMES),
+            mailboxes: Vec::with_capacity(MAILBOXES),
+        }
+    }
+
+    /// Its bit rate.
+    pub(crate) fn bit_rate(&self) -> BitRate {
+        self.bit_rate
+    }
+
+    /// Gives it another bit rate, which makes it forget everything.
+    pub(crate) fn tune(&mut self, bit_rate: BitRate, now: Instant) {
+        if bit_rate != self.bit_rate {
+            self.bit_rate = bit_rate;
+            self.tuned_at = now;
+        }
+        self.clear();
+    }
+
+    /// Whether it hears a frame of this bit rate that began then.
+    pub(crate) fn follows(&self, bit_rate: BitRate, began: Instant) -> bool {
+        self.bit_rate == bit_rate && self.tuned_at <= began
+    }
+
+    /// Keeps it from sending, or lets it send again.
+    pub(crate) fn silence(&mut self, silent: bool) {
+        self.silent = silent;
+    }
+
     /// Takes a frame from the medium; false if the FIFO is full and the frame is lost.
     pub(crate) fn receive(&mut self, frame: Frame) -> bool {
         let fits = self.fifo.len() < FIFO_FRAMES;
@@ -49,6 +90,9 @@ impl Controller {
 
     /// The waiting frame that would win arbitration.
     pub(crate) fn contender(&self) -> Option<Frame> {
+        if self.silent {
+            return None;
+        }
         self.mailboxes
             .iter()
             .copied()

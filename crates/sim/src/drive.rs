@@ -1,6 +1,6 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
-use can::Frame;
+use can::{BitRate, Frame};
 use canopen::nmt::Reset;
 use canopen::{Abort, Instant, NodeId, store};
 use control::io::Duty;
@@ -12,14 +12,16 @@ use plant::{Parameters, Plant};
 use crate::controller::Controller;
 use crate::flash_file::FlashFile;
 use crate::latency::Latency;
+use crate::lss::Station;
 use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
+use crate::place::Place;
 
 /// What a virtual drive is.
 #[derive(Debug)]
 pub struct DriveSettings {
-    /// Its node ID.
-    pub node: NodeId,
+    /// Which drive of its bus; that says its node ID, unless LSS has stored another in it.
+    pub place: Place,
     /// Which drive it is.
     pub personality: &'static Personality,
     /// Its motor, load and board.
@@ -37,12 +39,18 @@ const FRICTION_SHARE: f64 = 0.02;
 impl DriveSettings {
     /// A drive with the usual motor, turning freely, and an empty store in memory.
     pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
+        DriveSettings::at(Place::of_node(node), personality)
+    }
+
+    /// The same at any place: a drive at [`Place::unconfigured`] has no node ID until LSS gives it
+    /// one. Without LSS it stays mute.
+    pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
         let mut plant = Parameters::default();
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;
         DriveSettings {
-            node,
+            place,
             personality,
             plant,
             store: FlashFile::memory(Vec::new()),
@@ -80,22 +88,26 @@ enum Storing {
 /// A drive on a simulated bus.
 #[derive(Debug)]
 pub struct VirtualDrive {
-    node: NodeId,
+    place: Place,
+    node: Option<NodeId>,
     personality: &'static Personality,
     serial: u32,
-    /// `None` while it boots.
+    /// `None` while it boots, and while it has no node ID.
     core: Option<Core>,
     plant: Plant<f32>,
     pub(crate) controller: Controller,
     pub(crate) errors: ErrorCounters,
-    latency: Latency,
-    store: FlashFile,
+    pub(crate) station: Station,
+    /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
+    pub(crate) changed_rate: Option<BitRate>,
+    pub(crate) latency: Latency,
+    pub(crate) store: FlashFile,
     health: Health,
     /// When the next received frame is handled.
-    service_at: Instant,
+    pub(crate) service_at: Instant,
     /// No received frame is handled before.
     stalled_until: Instant,
-    boots_at: Instant,
+    pub(crate) boots_at: Instant,
     storing: Option<(Storing, Instant)>,
     timing: PwmTiming,
     control_at: Instant,
@@ -105,20 +117,25 @@ pub struct VirtualDrive {
 }
 
 impl VirtualDrive {
-    pub(crate) fn new(settings: DriveSettings, seed: u64) -> VirtualDrive {
-        let mut latency = Latency::new(seed, settings.node.get());
+    pub(crate) fn new(settings: DriveSettings, seed: u64, bit_rate: BitRate) -> VirtualDrive {
+        let (place, personality) = (settings.place, settings.personality);
+        let mut latency = Latency::new(seed, place);
         let boots_at = Instant::ZERO.plus_ns(latency.boot_ns());
         let frequency_hz = (1.0 / settings.plant.pwm_period_s).round().max(1.0) as u32;
+        let serial = (seed as u32)
+            .wrapping_mul(1000)
+            .wrapping_add(u32::from(place.number()));
         VirtualDrive {
-            node: settings.node,
-            personality: settings.personality,
-            serial: (seed as u32)
-                .wrapping_mul(1000)
-                .wrapping_add(u32::from(settings.node.get())),
+            place,
+            node: place.node(),
+            personality,
+            serial,
             core: None,
             plant: Plant::new(&settings.plant),
-            controller: Controller::default(),
+            controller: Controller::new(bit_rate),
             errors: ErrorCounters::default(),
+            station: Station::new(personality, serial, place.node(), bit_rate),
+            changed_rate: None,
             latency,
             store: settings.store,
             health: Health::default(),
@@ -128,7 +145,7 @@ impl VirtualDrive {
             storing: None,
             timing: PwmTiming {
                 frequency_hz,
-                periods_per_control: settings.personality.amplifier.pwm_per_control,
+                periods_per_control: personality.amplifier.pwm_per_control,
             },
             control_at: Instant::ZERO,
             control_rest: 0,
@@ -136,9 +153,30 @@ impl VirtualDrive {
         }
     }
 
-    /// Its node ID.
-    pub fn node(&self) -> NodeId {
+    /// Which drive of its bus.
+    pub fn place(&self) -> Place {
+        self.place
+    }
+
+    /// Its node ID; `None` if it has none. While it boots, the one of before.
+    pub fn node(&self) -> Option<NodeId> {
         self.node
+    }
+
+    /// Its bit rate. A drive whose bit rate is not [`crate::Bus::bit_rate`] hears nobody outside, and
+    /// is not heard there.
+    pub fn bit_rate(&self) -> BitRate {
+        self.controller.bit_rate()
+    }
+
+    /// Its serial number.
+    pub fn serial(&self) -> u32 {
+        self.serial
+    }
+
+    /// Whether it boots: it has been switched on or reset, and hears nothing yet.
+    pub fn is_booting(&self) -> bool {
+        self.boots_at != Instant::NEVER
     }
 
     /// Which drive it is.
@@ -151,7 +189,7 @@ impl VirtualDrive {
         &mut self.plant
     }
 
-    /// The drive core; `None` while it boots.
+    /// The drive core; `None` while it boots, and while it has no node ID.
     pub fn core(&self) -> Option<&Core> {
         self.core.as_ref()
     }
@@ -214,7 +252,8 @@ impl VirtualDrive {
 
     /// A frame has arrived at its controller.
     pub(crate) fn hear(&mut self, frame: Frame, now: Instant) {
-        if self.core.is_none() || self.errors.is_bus_off() {
+        let is_on = self.core.is_some() || self.station.is_on();
+        if !is_on || self.errors.is_bus_off() {
             return;
         }
         let idle = !self.controller.has_received();
@@ -249,7 +288,8 @@ impl VirtualDrive {
         let mut next = self
             .service_at
             .min(self.boots_at)
-            .min(self.store.next_work());
+            .min(self.store.next_work())
+            .min(self.station.next_deadline());
         if let Some(core) = &self.core {
             next = next.min(core.next_deadline());
         }
@@ -277,7 +317,10 @@ impl VirtualDrive {
             });
         }
         if now >= self.service_at {
-            if let (Some(frame), Some(core)) = (self.controller.next_received(), &mut self.core) {
+            if let Some(frame) = self.controller.next_received()
+                && !self.takes_lss(&frame, now)
+                && let Some(core) = &mut self.core
+            {
                 core.receive(&frame, now, self.store.at(now));
             }
             self.service_at = if self.controller.has_received() {
@@ -298,15 +341,30 @@ impl VirtualDrive {
             self.storing = None;
             self.store(request, now, notice);
         }
+        self.poll_lss(now, notice);
         self.obey(now);
         self.adopt_timing();
         self.fill_mailboxes();
     }
 
+    /// The bit rate that LSS has given it since the last call.
+    pub(crate) fn take_changed_rate(&mut self) -> Option<BitRate> {
+        self.changed_rate.take()
+    }
+
     /// Moves frames from the node to free mailboxes.
     pub(crate) fn fill_mailboxes(&mut self) {
+        if self.errors.is_bus_off() || self.station.is_silent() {
+            return;
+        }
+        while self.controller.has_free_mailbox() {
+            match self.station.next_answer() {
+                Some(answer) => self.controller.post(answer),
+                None => break,
+            }
+        }
         let Some(core) = &mut self.core else { return };
-        while self.controller.has_free_mailbox() && !self.errors.is_bus_off() {
+        while self.controller.has_free_mailbox() {
             match core.transmit(&mut self.store) {
                 Some(frame) => self.controller.post(frame),
                 None => break,
@@ -329,13 +387,23 @@ impl VirtualDrive {
                 Request::Reset(Reset::Communication) => {
                     self.controller.clear();
                     self.service_at = Instant::NEVER;
-                    if let Some(core) = &mut self.core {
-                        self.store.abort_program();
-                        core.reset_communication(self.store.bytes(), self.node, now);
+                    self.node = self.station.reset_communication();
+                    self.store.abort_program();
+                    match (self.node, &mut self.core) {
+                        (Some(node), Some(core)) => {
+                            core.reset_communication(self.store.bytes(), node, now);
+                        }
+                        // LSS has taken its node ID away: it answers nothing else any more.
+                        _ => {
+                            self.core = None;
+                            self.storing = None;
+                        }
                     }
                 }
                 Request::Reset(Reset::Node) => {
                     self.core = None;
+                    self.station.power_off();
+                    self.controller.silence(false);
                     self.controller.clear();
                     self.service_at = Instant::NEVER;
                     self.storing = None;
@@ -350,12 +418,21 @@ impl VirtualDrive {
             scales: self.plant.parameters().scales,
             duty_margin: 0.0,
         };
-        let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
-        let health = core::mem::take(&mut self.health);
         if self.store.fell_back() {
             let kept = self.store.set_aside();
             notice(NoticeKind::StoreFellBack { kept });
         }
+        if !self.station.is_on() {
+            let bit_rate = self.station.power_on(self.store.bytes());
+            self.controller.tune(bit_rate, now);
+        }
+        self.node = self.station.node();
+        let Some(node) = self.node else {
+            self.look_at_store(notice);
+            return;
+        };
+        let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
+        let health = core::mem::take(&mut self.health);
         if let Err(error) = self.store.start_programs(self.personality) {
             notice(NoticeKind::CannotStore(error));
         }
@@ -363,7 +440,7 @@ impl VirtualDrive {
             self.personality,
             hardware,
             memory,
-            self.node,
+            node,
             self.serial,
             self.store.bytes(),
             health,
@@ -379,6 +456,16 @@ impl VirtualDrive {
                 self.adopt_timing();
             }
             Err(error) => notice(NoticeKind::CannotStart(error)),
+        }
+    }
+
+    /// What a core would say of damaged parameters, where there is none.
+    fn look_at_store(&mut self, notice: &mut impl FnMut(NoticeKind)) {
+        let records = store::records(self.store.bytes());
+        if let Some(damage) = records.err() {
+            let kept = self.store.set_aside();
+            self.health.store_damaged = true;
+            notice(NoticeKind::StoreDamaged { damage, kept });
         }
     }
 

@@ -10,6 +10,7 @@ use drive::program::{Banks, ProgramStore};
 
 use crate::flash::MemoryFlash;
 use crate::host::Programs;
+use crate::place::Place;
 use crate::store::{StoreError, free_name};
 
 /// Two slots of 16 KiB for parameters.
@@ -49,18 +50,21 @@ impl FlashFile {
         memory
     }
 
-    /// The flash of drive `node` in `folder`, which is made if it is not there: the file
-    /// `<drive>-node<node>.flash`. If nothing is stored in it, parameters that an earlier version
-    /// left in `<drive>-node<node>.params` are taken over; that file is then called `.params.old`.
+    /// The flash of the drive at `place` in `folder`, which is made if it is not there: the file
+    /// `<drive>-node5.flash`, or `<drive>-u1.flash` of a drive without a node ID. If nothing is stored in it, parameters that an earlier version
+    /// left in a file of that name with `.params` are taken over; that file is then called `.params.old`.
     ///
     /// # Errors
     /// [`StoreError`]; a file that is not there is an erased flash.
-    pub fn file(folder: &Path, drive: &str, node: u8) -> Result<FlashFile, StoreError> {
+    pub fn file(folder: &Path, drive: &str, place: Place) -> Result<FlashFile, StoreError> {
         fs::create_dir_all(folder).map_err(|source| StoreError::Folder {
             path: folder.to_owned(),
             source,
         })?;
-        let path = folder.join(format!("{drive}-node{node}.flash"));
+        let path = folder.join(match place.node() {
+            Some(node) => format!("{drive}-node{node}.flash"),
+            None => format!("{drive}-{place}.flash"),
+        });
         let flash = MemoryFlash::in_file(path.clone(), CAPACITY);
         let flash = flash.map_err(|source| StoreError::Read {
             path: path.clone(),

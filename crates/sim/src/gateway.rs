@@ -2,24 +2,92 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use can::Frame;
+use can::{BitRate, Frame};
+use canopen::Instant;
+use canopen::lss::Request;
+
+use crate::disturbance::{Disturbance, Disturbed, Disturber};
+use crate::medium::Sender;
 
 /// Queues of outside clients. They share one controller, as the programs on one computer share one
 /// interface: two of them never collide on the wire.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Gateway {
     queues: BTreeMap<u32, VecDeque<Frame>>,
+    bit_rate: BitRate,
+    /// Since when it has it.
+    tuned_at: Instant,
+    /// An outside LSS master has told the drives to change their bit rate.
+    changes: bool,
+    /// A frame of it is on the wire.
+    pub(crate) sends: bool,
+    /// On the way to the bus, and from it.
+    inward: Disturber,
+    outward: Disturber,
 }
 
 impl Gateway {
-    /// `client` wants to send `frame`.
-    pub(crate) fn push(&mut self, client: u32, frame: Frame) {
-        self.queues.entry(client).or_default().push_back(frame);
+    /// One without clients.
+    pub(crate) fn new(bit_rate: BitRate, disturbance: Disturbance, seed: u64) -> Gateway {
+        Gateway {
+            queues: BTreeMap::new(),
+            bit_rate,
+            tuned_at: Instant::ZERO,
+            changes: false,
+            sends: false,
+            inward: Disturber::new(disturbance, seed, 0),
+            outward: Disturber::new(disturbance, seed, 1),
+        }
+    }
+
+    /// Its bit rate.
+    pub(crate) fn bit_rate(&self) -> BitRate {
+        self.bit_rate
+    }
+
+    /// Whether it hears a frame of this bit rate that began then.
+    pub(crate) fn follows(&self, bit_rate: BitRate, began: Instant) -> bool {
+        self.bit_rate == bit_rate && self.tuned_at <= began
+    }
+
+    /// A drive has changed its bit rate because an LSS master said so. If that was one outside, its
+    /// user would now set the interface anew; the first drive that changes tells how.
+    pub(crate) fn drive_changed(&mut self, bit_rate: BitRate, now: Instant) {
+        if std::mem::take(&mut self.changes) && bit_rate != self.bit_rate {
+            self.bit_rate = bit_rate;
+            self.tuned_at = now;
+        }
+    }
+
+    /// `client` wants to send `frame`. How often it waits now.
+    pub(crate) fn push(&mut self, client: u32, frame: Frame) -> u8 {
+        let copies = self.inward.copies();
+        for _ in 0..copies {
+            self.queues.entry(client).or_default().push_back(frame);
+        }
+        copies
+    }
+
+    /// How often clients get a frame of this sender. They share one controller, so what one of them
+    /// sends reaches the others undisturbed.
+    pub(crate) fn copies(&mut self, sender: Sender) -> u8 {
+        match sender {
+            Sender::Drive(_) => self.outward.copies(),
+            Sender::Outside(_) => 1,
+        }
+    }
+
+    /// What was disturbed on the way to the bus, and from it.
+    pub(crate) fn disturbed(&self) -> [Disturbed; 2] {
+        [self.inward.done, self.outward.done]
     }
 
     /// The waiting frame that would win arbitration, and whose it is. Each client's frames keep
     /// their order; of equal identifiers the lower client comes first.
     pub(crate) fn contender(&self) -> Option<(u32, Frame)> {
+        if self.sends {
+            return None;
+        }
         self.queues
             .iter()
             .filter_map(|(client, queue)| Some((*client, *queue.front()?)))
@@ -29,7 +97,11 @@ impl Gateway {
     /// The first frame of `client` was sent.
     pub(crate) fn sent(&mut self, client: u32) {
         if let Some(queue) = self.queues.get_mut(&client) {
-            queue.pop_front();
+            let frame = queue.pop_front();
+            let request = frame.and_then(|frame| Request::from_frame(&frame));
+            if let Some(Request::ActivateBitTiming { .. }) = request {
+                self.changes = true;
+            }
             if queue.is_empty() {
                 self.queues.remove(&client);
             }

@@ -1,5 +1,6 @@
 //! How long a drive's processor takes, with seeded jitter.
 
+use crate::place::Place;
 use rand_core::{RngCore, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -26,10 +27,12 @@ pub(crate) struct Latency {
 }
 
 impl Latency {
-    /// Delays of the drive `node` on a bus of this seed.
-    pub(crate) fn new(seed: u64, node: u8) -> Latency {
-        // Mixed, so that neighbouring seeds and nodes have nothing in common.
-        let mixed = seed.wrapping_mul(128).wrapping_add(u64::from(node));
+    /// Delays of the drive at `place` on a bus of this seed.
+    pub(crate) fn new(seed: u64, place: Place) -> Latency {
+        // Mixed, so that neighbouring seeds and places have nothing in common.
+        let number = u64::from(place.number());
+        let without_node_id = (number >> 7) << 63;
+        let mixed = seed.wrapping_mul(128).wrapping_add(number & 127) ^ without_node_id;
         Latency {
             random: Pcg64Mcg::seed_from_u64(mixed),
         }

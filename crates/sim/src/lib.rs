@@ -2,7 +2,7 @@
 //!
 //! A [`Bus`] is one medium with its drives. [`Bus::run_until`] moves it forward event by event;
 //! nothing in it reads a clock, so the same seed and the same injections give the same trace. At
-//! equal times the order is: plants and loops, frames, polls, arbitration; then node number.
+//! equal times the order is: plants and loops, frames, polls, arbitration; then the drive's place.
 //!
 //! Each [`VirtualDrive`] is the drive core that also runs as firmware, closed around a simulated
 //! motor, behind a CAN controller with a finite receive FIFO. Outside programs reach the bus
@@ -11,6 +11,7 @@
 mod bus;
 mod controller;
 mod data_sheet;
+mod disturbance;
 mod drive;
 mod flash;
 mod flash_file;
@@ -19,25 +20,30 @@ mod gateway;
 mod host;
 mod latency;
 mod link;
+mod lss;
 mod medium;
 mod notice;
 mod pace;
+mod place;
 mod probe;
 mod recording;
 mod replay;
 mod store;
 
 pub use bus::{Bus, BusSettings};
+pub use can::BitRate;
 pub use data_sheet::data_sheet;
+pub use disturbance::{Disturbance, Disturbed, NoShare, Share};
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
 pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
 pub use link::VirtualLink;
-pub use medium::{BIT_NS, ErrorCounters, Sender, Traffic};
+pub use medium::{ErrorCounters, Sender, Traffic};
 pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
+pub use place::{NoPlace, Place};
 pub use probe::ProbeSample;
 pub use recording::{Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame};
 pub use replay::{ReadError, Replayed, replay, replay_each};

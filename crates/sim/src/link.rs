@@ -44,7 +44,8 @@ impl<'a> VirtualLink<'a> {
                 recording.frame(&traffic).map_err(failed)?;
             }
             if traffic.sender != Sender::Outside(self.client) {
-                self.received.push_back(traffic);
+                let copies = usize::from(traffic.copies);
+                self.received.extend(std::iter::repeat_n(traffic, copies));
             }
         }
         Ok(())

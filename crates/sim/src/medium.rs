@@ -1,10 +1,10 @@
-//! The medium: who sends next, and for how long.
+//! The medium: who sends next, and for how long. Who has another bit rate hears nothing of it, and
+//! has a medium of its own.
 
-use can::Frame;
-use canopen::{Instant, NodeId};
+use can::{BitRate, Frame};
+use canopen::Instant;
 
-/// One bit at 1 Mbit/s, ns.
-pub const BIT_NS: u64 = 1_000;
+use crate::place::Place;
 
 /// Bits of the interframe space, after which the next frame may begin (ISO 11898-1).
 const INTERFRAME_BITS: u64 = 3;
@@ -20,7 +20,7 @@ const RECOVERY_BITS: u64 = 128 * 11;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Sender {
     /// A virtual drive.
-    Drive(NodeId),
+    Drive(Place),
     /// A program outside, by its number.
     Outside(u32),
 }
@@ -34,6 +34,8 @@ pub struct Traffic {
     pub frame: Frame,
     /// Who sent it.
     pub sender: Sender,
+    /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`]).
+    pub copies: u8,
 }
 
 /// A participant's error counters (ISO 11898-1, fault confinement).
@@ -62,11 +64,11 @@ impl ErrorCounters {
     }
 
     /// An error while sending. Whether that led to bus-off.
-    pub(crate) fn transmit_error(&mut self, now: Instant) -> bool {
+    pub(crate) fn transmit_error(&mut self, now: Instant, bit_rate: BitRate) -> bool {
         self.transmit += 8;
         let off = self.transmit > 255;
         if off {
-            self.off_until = Some(now.plus_ns(RECOVERY_BITS * BIT_NS));
+            self.off_until = Some(now.plus_ns(RECOVERY_BITS * bit_rate.bit_ns()));
         }
         off
     }
@@ -90,38 +92,57 @@ pub(crate) enum InFlight {
     Collision { senders: Vec<Sender> },
 }
 
-/// The wire.
+/// What has ended on a wire.
+#[derive(Clone, Debug)]
+pub(crate) struct Ended {
+    pub(crate) what: InFlight,
+    /// When it began. Who did not listen then has not heard it.
+    pub(crate) began: Instant,
+    pub(crate) bit_rate: BitRate,
+}
+
+/// The wire as those see it who have one bit rate.
 #[derive(Debug)]
 pub(crate) struct Medium {
+    bit_rate: BitRate,
     in_flight: Option<InFlight>,
+    began: Instant,
     /// When what is on the wire ends.
     pub(crate) ends: Instant,
     /// When the next frame may begin.
     pub(crate) idle_at: Instant,
-    busy_ns: u64,
+    /// A drive may wait for it.
+    pub(crate) contended: bool,
 }
 
 impl Medium {
-    pub(crate) fn new() -> Medium {
+    pub(crate) fn new(bit_rate: BitRate) -> Medium {
         Medium {
+            bit_rate,
             in_flight: None,
+            began: Instant::ZERO,
             ends: Instant::NEVER,
             idle_at: Instant::ZERO,
-            busy_ns: 0,
+            contended: false,
         }
+    }
+
+    pub(crate) fn bit_rate(&self) -> BitRate {
+        self.bit_rate
     }
 
     pub(crate) fn is_idle(&self, now: Instant) -> bool {
         self.in_flight.is_none() && now >= self.idle_at
     }
 
-    /// Arbitration: of all that contend at `now`, the lowest identifier goes on the wire.
-    pub(crate) fn arbitrate(&mut self, now: Instant, contenders: &[(Sender, Frame)]) {
+    /// Arbitration: of all that contend at `now`, the lowest identifier goes on the wire. For how long
+    /// the wire is busy then, interframe space included, ns.
+    pub(crate) fn arbitrate(&mut self, now: Instant, contenders: &[(Sender, Frame)]) -> u64 {
         let Some((_, winner)) = contenders
             .iter()
             .min_by_key(|(_, frame)| frame.arbitration_key())
         else {
-            return;
+            return 0;
         };
         let key = winner.arbitration_key();
         let same = || {
@@ -138,23 +159,69 @@ impl Medium {
             let bits = COLLISION_BITS + ERROR_FRAME_BITS;
             (InFlight::Collision { senders }, bits, INTERFRAME_BITS)
         };
+        let bit_ns = self.bit_rate.bit_ns();
         self.in_flight = Some(in_flight);
-        self.ends = now.plus_ns(bits * BIT_NS);
-        self.idle_at = self.ends.plus_ns(gap * BIT_NS);
-        self.busy_ns += (bits + gap) * BIT_NS;
+        self.began = now;
+        self.ends = now.plus_ns(bits * bit_ns);
+        self.idle_at = self.ends.plus_ns(gap * bit_ns);
+        (bits + gap) * bit_ns
     }
 
     /// What ends now.
-    pub(crate) fn take_ended(&mut self, now: Instant) -> Option<InFlight> {
+    pub(crate) fn take_ended(&mut self, now: Instant) -> Option<Ended> {
         if now < self.ends {
             return None;
         }
         self.ends = Instant::NEVER;
-        self.in_flight.take()
+        let what = self.in_flight.take()?;
+        Some(Ended {
+            what,
+            began: self.began,
+            bit_rate: self.bit_rate,
+        })
     }
 
-    /// Time for which the wire has been busy, interframe spaces included, ns.
-    pub(crate) fn busy_ns(&self) -> u64 {
-        self.busy_ns
+    /// Whether one of the senders of what is on the wire is outside.
+    pub(crate) fn carries_outside(&self) -> bool {
+        let outside = |sender: &Sender| matches!(sender, Sender::Outside(_));
+        match &self.in_flight {
+            Some(InFlight::Frame { senders, .. } | InFlight::Collision { senders }) => {
+                senders.iter().any(outside)
+            }
+            None => false,
+        }
+    }
+}
+
+/// The media of one bus, one for each bit rate that somebody has had.
+#[derive(Debug, Default)]
+pub(crate) struct Media(Vec<Medium>);
+
+impl Media {
+    /// Each, in the order in which they were first needed.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Medium> {
+        self.0.iter()
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The one of that number.
+    pub(crate) fn nth(&mut self, n: usize) -> &mut Medium {
+        &mut self.0[n]
+    }
+
+    /// A drive of this bit rate may wait for the wire.
+    pub(crate) fn contend(&mut self, bit_rate: BitRate) {
+        match self.0.iter_mut().find(|medium| medium.bit_rate == bit_rate) {
+            Some(medium) => medium.contended = true,
+            None => {
+                let mut medium = Medium::new(bit_rate);
+                medium.contended = true;
+                self.0.push(medium);
+            }
+        }
     }
 }

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
+use crate::place::Place;
 use crate::store::StoreError;
 
 /// Something that people should know of.
@@ -13,7 +15,9 @@ pub struct Notice {
     /// When.
     pub at: Instant,
     /// Which drive.
-    pub node: NodeId,
+    pub place: Place,
+    /// Its node ID at that time.
+    pub node: Option<NodeId>,
     /// What.
     pub kind: NoticeKind,
 }
@@ -41,11 +45,22 @@ pub enum NoticeKind {
     CannotStart(ParameterError),
     /// Collisions have driven it off the bus.
     BusOff,
+    /// It has started with a bit rate that is not the one of the bus.
+    OtherBitRate {
+        /// The drive's.
+        drive: BitRate,
+        /// The one of outside programs.
+        bus: BitRate,
+    },
 }
 
 impl std::fmt::Display for Notice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "node {}: ", self.node)?;
+        match self.node {
+            Some(node) if Place::of_node(node) == self.place => write!(f, "node {node}: ")?,
+            Some(node) => write!(f, "node {node} (drive {}): ", self.place)?,
+            None => write!(f, "drive {}, which has no node ID: ", self.place)?,
+        }
         match &self.kind {
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
@@ -64,6 +79,11 @@ impl std::fmt::Display for Notice {
             NoticeKind::BusOff => {
                 f.write_str("bus-off: another participant sends with the same identifiers")
             }
+            NoticeKind::OtherBitRate { drive, bus } => write!(
+                f,
+                "it starts with {drive}, and the bus has {bus}: it hears nobody there, and nobody \
+                 hears it"
+            ),
         }
     }
 }

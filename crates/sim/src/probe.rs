@@ -1,6 +1,8 @@
 //! A look at the physical world at regular times, for plots and for assertions.
 
-use canopen::{Instant, NodeId};
+use canopen::Instant;
+
+use crate::place::Place;
 
 /// What a probe saw of one drive: the plant's truth, which the drive itself never sees, and the
 /// drive's own demand.
@@ -9,7 +11,7 @@ pub struct ProbeSample {
     /// When.
     pub at: Instant,
     /// Whose.
-    pub node: NodeId,
+    pub place: Place,
     /// Position of the shaft since the start, turns.
     pub position_turns: f64,
     /// Speed of the shaft, rad/s.

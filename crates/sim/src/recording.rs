@@ -8,12 +8,18 @@
 //! ```text
 //! servobus run 1
 //! seed 42
+//! bit-rate 1M
 //! drive 1 p3
 //! stored 1 53425031…
 //! (0.020000000) client1 000#8100
 //! block 1 on 0.350000000
 //! end 10.000000000
 //! ```
+//!
+//! Drives without a node ID are `u1`, `u2` and so on ([`Place`]). Without its line the bit rate is
+//! 1 Mbit/s. A disturbed bus has the lines `lose 1%` and `duplicate 0.5%`, too; outside frames are
+//! written down before they are disturbed, and what outside programs got of the drives' frames is
+//! not in the log.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -21,13 +27,15 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use bus::recording::{Content, Direction, Recorder};
-use can::Frame;
-use canopen::{Instant, NodeId};
+use can::{BitRate, Frame};
+use canopen::Instant;
 use personalities::Personality;
 
+use crate::disturbance::Disturbance;
 use crate::flash_file::FlashFile;
 use crate::medium::{Sender, Traffic};
 use crate::notice::Notice;
+use crate::place::Place;
 use crate::probe::ProbeSample;
 use crate::{BusSettings, DriveSettings};
 
@@ -50,7 +58,7 @@ pub struct Injection {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoredBefore {
     /// Whose.
-    pub node: NodeId,
+    pub place: Place,
     /// The store's bytes.
     pub bytes: Vec<u8>,
 }
@@ -60,8 +68,12 @@ pub struct StoredBefore {
 pub struct RunHeader {
     /// The seed.
     pub seed: u64,
-    /// Node IDs and what drives they are.
-    pub drives: Vec<(NodeId, &'static Personality)>,
+    /// The bit rate of outside programs.
+    pub bit_rate: BitRate,
+    /// What was done to frames between them and the bus.
+    pub disturbance: Disturbance,
+    /// Places and what drives are there.
+    pub drives: Vec<(Place, &'static Personality)>,
     /// What they have stored.
     pub stored: Vec<StoredBefore>,
 }
@@ -72,12 +84,14 @@ impl RunHeader {
         let drives = &settings.drives;
         RunHeader {
             seed: settings.seed,
-            drives: drives.iter().map(|d| (d.node, d.personality)).collect(),
+            bit_rate: settings.bit_rate,
+            disturbance: settings.disturbance,
+            drives: drives.iter().map(|d| (d.place, d.personality)).collect(),
             stored: drives
                 .iter()
                 .filter(|drive| !drive.store.bytes().is_empty())
                 .map(|drive| StoredBefore {
-                    node: drive.node,
+                    place: drive.place,
                     bytes: drive.store.bytes().to_vec(),
                 })
                 .collect(),
@@ -88,17 +102,19 @@ impl RunHeader {
         let drives = self
             .drives
             .iter()
-            .map(|&(node, personality)| {
-                let stored = self.stored.iter().find(|stored| stored.node == node);
+            .map(|&(place, personality)| {
+                let stored = self.stored.iter().find(|stored| stored.place == place);
                 let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
                 DriveSettings {
                     store: FlashFile::memory(bytes),
-                    ..DriveSettings::new(node, personality)
+                    ..DriveSettings::at(place, personality)
                 }
             })
             .collect();
         BusSettings {
             seed: self.seed,
+            bit_rate: self.bit_rate,
+            disturbance: self.disturbance,
             drives,
         }
     }
@@ -130,15 +146,20 @@ impl Recording {
         let mut run = BufWriter::new(File::create(run_path(path))?);
         writeln!(run, "{FIRST_LINE}")?;
         writeln!(run, "seed {}", header.seed)?;
-        for (node, personality) in &header.drives {
-            writeln!(run, "drive {node} {}", personality.name)?;
+        writeln!(run, "bit-rate {}", header.bit_rate.word())?;
+        if !header.disturbance.is_none() {
+            writeln!(run, "lose {}", header.disturbance.lose)?;
+            writeln!(run, "duplicate {}", header.disturbance.duplicate)?;
+        }
+        for (place, personality) in &header.drives {
+            writeln!(run, "drive {place} {}", personality.name)?;
         }
         for stored in &header.stored {
             let hex = stored.bytes.iter().fold(String::new(), |mut hex, byte| {
                 let _ = write!(hex, "{byte:02X}");
                 hex
             });
-            writeln!(run, "stored {} {hex}", stored.node)?;
+            writeln!(run, "stored {} {hex}", stored.place)?;
         }
         Ok(Recording {
             log,
@@ -169,7 +190,7 @@ impl Recording {
         self.log.takes_signals()
     }
 
-    /// What a probe saw, as signals of `drive/NODE`.
+    /// What a probe saw, as signals of `drive/PLACE`.
     ///
     /// # Errors
     /// Those of the file system.
@@ -181,7 +202,7 @@ impl Recording {
             ("demand_counts", f64::from(sample.demand_counts)),
             ("position_counts", f64::from(sample.position_counts)),
         ];
-        let source = format!("drive/{}", sample.node);
+        let source = format!("drive/{}", sample.place);
         self.log.signals(sample.at.0, &source, &values)
     }
 
@@ -198,9 +219,9 @@ impl Recording {
     ///
     /// # Errors
     /// Those of the file system.
-    pub fn block(&mut self, at: Instant, node: NodeId, blocked: bool) -> io::Result<()> {
+    pub fn block(&mut self, at: Instant, place: Place, blocked: bool) -> io::Result<()> {
         let state = if blocked { "on" } else { "off" };
-        writeln!(self.run, "block {node} {state} {}", seconds(at))
+        writeln!(self.run, "block {place} {state} {}", seconds(at))
     }
 
     /// Ends the recording at the time that the run has reached. Returns the frames in the log.

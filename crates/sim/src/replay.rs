@@ -6,18 +6,20 @@ use std::path::{Path, PathBuf};
 
 use bus::recording::Content;
 use bus::recording::candump::{self, Reader, write_line};
-use can::Frame;
-use canopen::{Instant, NodeId};
+use can::{BitRate, Frame, UnknownBitRate};
+use canopen::Instant;
 
 use crate::Bus;
+use crate::disturbance::{Disturbance, NoShare, Share};
 use crate::medium::Traffic;
+use crate::place::{NoPlace, Place};
 use crate::recording::{CHANNEL, FIRST_LINE, RunHeader, StoredBefore, run_path};
 
 /// Something that happens to a run from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cause {
     Frame { client: u32, frame: Frame },
-    Block { node: NodeId, blocked: bool },
+    Block { place: Place, blocked: bool },
     End,
 }
 
@@ -106,9 +108,11 @@ pub fn replay_each(
             replayed.frames += 1;
         }
         match cause {
-            Cause::Frame { client, frame } => bus.send(client, frame),
-            Cause::Block { node, blocked } => {
-                if let Some(drive) = bus.drive(node) {
+            Cause::Frame { client, frame } => {
+                bus.send(client, frame);
+            }
+            Cause::Block { place, blocked } => {
+                if let Some(drive) = bus.drive_at(place) {
                     drive.plant().set_blocked(blocked);
                 }
             }
@@ -137,6 +141,8 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
     let mut run = Run {
         header: RunHeader {
             seed: 0,
+            bit_rate: BitRate::Mbit1,
+            disturbance: Disturbance::default(),
             drives: Vec::new(),
             stored: Vec::new(),
         },
@@ -191,19 +197,26 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
     let (_, keyword) = words.next("a keyword")?;
     match keyword {
         "seed" => run.header.seed = words.number("the seed")?,
+        "bit-rate" => {
+            let (column, rate) = words.next("a bit rate")?;
+            let rate: Result<BitRate, UnknownBitRate> = rate.parse();
+            run.header.bit_rate = rate.map_err(|error| (column, error.to_string()))?;
+        }
+        "lose" => run.header.disturbance.lose = words.share()?,
+        "duplicate" => run.header.disturbance.duplicate = words.share()?,
         "drive" => {
             let at = words.at;
-            let node = words.node()?;
-            if run.header.drives.iter().any(|(other, _)| *other == node) {
-                return Err((at + 2, format!("node {node} is there twice")));
+            let place = words.place()?;
+            if run.header.drives.iter().any(|(other, _)| *other == place) {
+                return Err((at + 2, format!("drive {place} is there twice")));
             }
             let (column, name) = words.next("the kind of drive")?;
             let personality = personalities::by_name(name)
                 .ok_or_else(|| (column, format!("no drive is called '{name}'")))?;
-            run.header.drives.push((node, personality));
+            run.header.drives.push((place, personality));
         }
         "stored" => {
-            let node = words.node()?;
+            let place = words.place()?;
             let (column, hex) = words.next("the stored bytes")?;
             let bytes = from_hex(hex).ok_or_else(|| {
                 (
@@ -211,10 +224,10 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
                     "pairs of hexadecimal digits are expected".to_owned(),
                 )
             })?;
-            run.header.stored.push(StoredBefore { node, bytes });
+            run.header.stored.push(StoredBefore { place, bytes });
         }
         "block" => {
-            let node = words.node()?;
+            let place = words.place()?;
             let (column, state) = words.next("on or off")?;
             let blocked = match state {
                 "on" => true,
@@ -222,7 +235,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
                 _ => return Err((column, "on or off is expected".to_owned())),
             };
             let at = words.time()?;
-            push(run, at, Cause::Block { node, blocked })?;
+            push(run, at, Cause::Block { place, blocked })?;
         }
         "end" => {
             let at = words.time()?;
@@ -230,8 +243,8 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         }
         _ => {
             let what = format!(
-                "'{keyword}' is no keyword of a run file: seed, drive, stored, block, end, or a \
-                 frame '(seconds) client1 181#00'"
+                "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
+                 stored, block, end, or a frame '(seconds) client1 181#00'"
             );
             return Err((1, what));
         }
@@ -306,10 +319,16 @@ impl<'a> Words<'a> {
             .map_err(|_| (column, format!("{what} is expected, a whole number")))
     }
 
-    fn node(&mut self) -> Result<NodeId, Wrong> {
+    fn place(&mut self) -> Result<Place, Wrong> {
         let (column, word) = self.next("a node ID")?;
-        let id = word.parse().ok().and_then(NodeId::new);
-        id.ok_or_else(|| (column, "a node ID is a number from 1 to 127".to_owned()))
+        word.parse()
+            .map_err(|error: NoPlace| (column, error.to_string()))
+    }
+
+    fn share(&mut self) -> Result<Share, Wrong> {
+        let (column, word) = self.next("a share of the frames")?;
+        word.parse()
+            .map_err(|error: NoShare| (column, error.to_string()))
     }
 
     fn time(&mut self) -> Result<Instant, Wrong> {

@@ -15,10 +15,10 @@ const AXIS: Axis = Axis::new(NODE);
 
 /// A bus with one booted P3.
 fn bus() -> Bus {
-    let mut bus = Bus::new(BusSettings {
-        seed: 1,
-        drives: vec![DriveSettings::new(NODE, &personalities::p3::P3)],
-    });
+    let mut bus = Bus::new(BusSettings::new(
+        1,
+        vec![DriveSettings::new(NODE, &personalities::p3::P3)],
+    ));
     bus.run_until(Instant::ZERO.plus_ms(50));
     bus.take_traffic();
     bus

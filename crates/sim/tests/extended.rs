@@ -23,10 +23,7 @@ struct Master<'a> {
 
 fn bus() -> Bus {
     let drive = DriveSettings::new(NODE, &personalities::p3_extended::P3_EXTENDED);
-    let mut bus = Bus::new(BusSettings {
-        seed: 402,
-        drives: vec![drive],
-    });
+    let mut bus = Bus::new(BusSettings::new(402, vec![drive]));
     bus.run_until(Instant::ZERO.plus_ms(50));
     bus.take_traffic();
     bus

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use drive::program::{ImageHeader, Version};
-use sim::{FlashFile, PowerCut};
+use sim::{FlashFile, Place, PowerCut};
 
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
@@ -15,8 +15,12 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+fn place(node: u8) -> Place {
+    Place::of_node(canopen::NodeId::new(node).unwrap())
+}
+
 fn open(folder: &std::path::Path) -> FlashFile {
-    FlashFile::file(folder, "p3", 7).unwrap()
+    FlashFile::file(folder, "p3", place(7)).unwrap()
 }
 
 /// Stored parameters with one record.
@@ -185,7 +189,9 @@ fn other_files() {
     }
     let folder = folder("other");
     fs::create_dir_all(folder.join("p3-node7.flash")).unwrap();
-    let error = FlashFile::file(&folder, "p3", 7).unwrap_err().to_string();
+    let error = FlashFile::file(&folder, "p3", place(7))
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("p3-node7.flash: cannot read the stored parameters"),
         "{error}"

@@ -3,7 +3,7 @@
 mod master;
 use master::*;
 
-use sim::{FlashFile, NoticeKind, Sender};
+use sim::{FlashFile, NoticeKind, Place, Sender};
 
 fn heartbeats(master: &Master, node: u8) -> Vec<u8> {
     let id = 0x700 + u32::from(node);
@@ -146,7 +146,7 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
     let file = folder.join("p3-node1.flash");
     let settings = || {
         let mut settings = p3(1);
-        settings.store = FlashFile::file(&folder, "p3", 1).unwrap();
+        settings.store = FlashFile::file(&folder, "p3", Place::of_node(id(1))).unwrap();
         vec![settings]
     };
     {
@@ -169,7 +169,8 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         std::fs::write(&file, &damaged).unwrap();
         let mut master = Master::with(settings());
         assert_eq!(std::fs::read(&aside).unwrap(), damaged);
-        assert_eq!(FlashFile::file(&folder, "p3", 1).unwrap().bytes(), [0u8; 0]);
+        let store = FlashFile::file(&folder, "p3", Place::of_node(id(1))).unwrap();
+        assert_eq!(store.bytes(), [0u8; 0]);
         let notices = master.bus.take_notices();
         let [notice] = notices.as_slice() else {
             panic!("{notices:?}")
@@ -191,7 +192,7 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         master.run_ms(5);
         assert_eq!(master.state(1), READY_TO_SWITCH_ON);
         master.write(1, 0x1010, 1, &SAVE);
-        let saved = FlashFile::file(&folder, "p3", 1).unwrap();
+        let saved = FlashFile::file(&folder, "p3", Place::of_node(id(1))).unwrap();
         assert!(!saved.bytes().is_empty() && !saved.is_damaged());
     }
     {
@@ -279,7 +280,7 @@ fn two_senders_of_one_identifier_drive_each_other_off_the_bus() {
     let off: Vec<u8> = notices
         .iter()
         .filter(|n| matches!(n.kind, NoticeKind::BusOff))
-        .map(|n| n.node.get())
+        .map(|n| n.place.number())
         .collect();
     assert_eq!(off, [1, 2]);
     // They come back after 128 · 11 recessive bits and are as good as new; nobody was told, since

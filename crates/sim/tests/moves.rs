@@ -2,14 +2,14 @@
 
 use can::Frame;
 use canopen::{Instant, NodeId};
-use sim::{Bus, BusSettings, DriveSettings, Sender, Traffic};
+use sim::{Bus, BusSettings, DriveSettings, Place, Sender, Traffic};
 
 fn bus(nodes: &[u8]) -> Bus {
     let drives = nodes
         .iter()
         .map(|id| DriveSettings::new(NodeId::new(*id).unwrap(), &personalities::p3::P3))
         .collect();
-    Bus::new(BusSettings { seed: 1, drives })
+    Bus::new(BusSettings::new(1, drives))
 }
 
 /// Sends a frame and gives everything that the bus carries in the next 5 ms.
@@ -57,7 +57,10 @@ fn three_drives_boot_once_each() {
     boots.sort_by_key(|traffic| traffic.frame.raw_id());
     assert_eq!(boots.len(), 3);
     for (boot, id) in boots.iter().zip(1..) {
-        assert_eq!(boot.sender, Sender::Drive(NodeId::new(id).unwrap()));
+        assert_eq!(
+            boot.sender,
+            Sender::Drive(Place::of_node(NodeId::new(id).unwrap()))
+        );
         assert_eq!(boot.frame, Frame::classic(0x700 + u16::from(id), [0; 8], 1));
     }
     assert!(bus.take_notices().is_empty());

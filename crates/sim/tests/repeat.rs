@@ -10,8 +10,8 @@ use canopen::Instant;
 use rand_core::{RngCore as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sim::{
-    Bus, BusSettings, FlashFile, Injection, ReadError, Recording, RunHeader, Traffic, replay,
-    run_fleet,
+    Bus, BusSettings, FlashFile, Injection, Place, ReadError, Recording, RunHeader, Traffic,
+    replay, run_fleet,
 };
 
 /// A script of outside frames that makes three drives do all sorts of things, garbage included.
@@ -77,10 +77,7 @@ fn script(seed: u64) -> Vec<(Instant, u32, can::Frame)> {
 }
 
 fn settings(seed: u64) -> BusSettings {
-    BusSettings {
-        seed,
-        drives: vec![p3(1), p3(2), p3(3)],
-    }
+    BusSettings::new(seed, vec![p3(1), p3(2), p3(3)])
 }
 
 const END: Instant = Instant(300_000_000);
@@ -234,7 +231,7 @@ fn a_recording_replays_byte_for_byte() {
         if at > Instant(150_000_000) && !blocked {
             blocked = true;
             bus.drive(id(1)).unwrap().plant().set_blocked(true);
-            recording.block(at, id(1), true).unwrap();
+            recording.block(at, Place::of_node(id(1)), true).unwrap();
         }
         recording
             .injection(&Injection { at, client, frame })
@@ -303,6 +300,10 @@ fn a_malformed_run_file_is_told_by_line_and_column() {
         ("servobus run 1\nseed\n", "2:5", "the seed is expected"),
         ("servobus run 1\nseed 1x\n", "2:6", "whole number"),
         ("servobus run 1\nseed 1 2\n", "2:8", "found '2'"),
+        ("servobus run 1\nbit-rate 33k\n", "2:10", "125k, 250k"),
+        ("servobus run 1\nlose 1\n", "2:6", "as in 1%"),
+        ("servobus run 1\nduplicate 101%\n", "2:11", "0% to 100%"),
+        ("servobus run 1\ndrive u0 p3\n", "2:7", "u1 to u127"),
         ("servobus run 1\ndrive 0 p3\n", "2:7", "1 to 127"),
         ("servobus run 1\ndrive 128 p3\n", "2:7", "1 to 127"),
         ("servobus run 1\ndrive 1 p4\n", "2:9", "'p4'"),

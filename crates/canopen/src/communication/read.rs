@@ -206,7 +206,7 @@ impl<M: NodeMemory> Node<M> {
         let mut tpdo = Tpdo::new(key.is_some(), parameters, mapping, dialect);
         tpdo.count_anew(self.sync.overflow > 1);
         let slot = Slot::Tpdo(n as u8);
-        let goes_on = key == Some(self.outbox.key(slot));
+        let goes_on = key == Some(self.outbox.key(slot)) && !self.outbox.is_waiting(slot);
         // What was sampled under the old parameters is not sent under the new ones.
         self.outbox.withdraw(slot);
         self.outbox.set_key(slot, key.unwrap_or(0));

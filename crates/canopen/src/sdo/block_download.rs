@@ -166,6 +166,7 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
+    #[inline]
     fn gather_checked<O: Owner>(
         &mut self,
         n: u8,

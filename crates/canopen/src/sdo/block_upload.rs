@@ -125,31 +125,34 @@ impl<M: NodeMemory> Node<M> {
 
     /// Makes the next segment, and posts itself until the block is sent.
     pub(crate) fn next_segment<O: Owner>(&mut self, n: u8, owner: &mut O) -> [u8; 8] {
-        let transfer = self.server(n).transfer;
-        let before = 7 * u32::from(transfer.next.saturating_sub(1));
+        // Not copied: it is as large as several segments.
+        let transfer = self.transfer(n);
+        let number = transfer.next;
+        let before = 7 * u32::from(number.saturating_sub(1));
         let at = transfer.at.saturating_add(before);
-        let piece = match self.piece(&transfer, at, owner) {
+        let piece = match self.piece(transfer, at, owner) {
             Ok(piece) => piece,
             Err(abort) => {
                 self.drop_transfer(n, abort, owner);
                 let server = self.server(n);
-                server.aborted(transfer.address, abort);
+                server.aborted(server.transfer.address, abort);
                 return server.reply;
             }
         };
-        let server = self.server(n);
+        let transfer = &mut self.server(n).transfer;
         if transfer.with_crc && transfer.crc_at == at {
             let counted = piece.bytes.get(..usize::from(piece.count)).unwrap_or(&[]);
-            server.transfer.crc.update(counted);
-            server.transfer.crc_at = at.saturating_add(u32::from(piece.count));
+            transfer.crc.update(counted);
+            transfer.crc_at = at.saturating_add(u32::from(piece.count));
         }
-        server.transfer.next = transfer.next.saturating_add(1);
-        server.transfer.is_last = piece.is_last;
-        let command = u8::from(piece.is_last) << 7 | transfer.next;
-        server.segment(command, piece.bytes);
-        let segment = server.reply;
-        if !piece.is_last && transfer.next < transfer.block_size {
+        transfer.next = number.saturating_add(1);
+        transfer.is_last = piece.is_last;
+        if !piece.is_last && number < transfer.block_size {
             self.outbox.post(Slot::Sdo(n));
+        }
+        let mut segment = [u8::from(piece.is_last) << 7 | number; 8];
+        if let Some(data) = segment.last_chunk_mut() {
+            *data = piece.bytes;
         }
         segment
     }

@@ -2,7 +2,7 @@
 
 use can::Frame;
 
-use super::{Phase, Request, SdoServer, Size, Wait};
+use super::{Phase, Request, SdoServer, Size, Transfer, Wait};
 use crate::access::Written;
 use crate::outbox::Slot;
 use crate::row::flag;
@@ -351,6 +351,16 @@ impl<M: NodeMemory> Node<M> {
             0 => first,
             1 => second,
             _ => third,
+        }
+    }
+
+    /// The transfer of server `n`.
+    pub(crate) fn transfer(&self, n: u8) -> &Transfer {
+        let [first, second, third] = &self.servers;
+        match n {
+            0 => &first.transfer,
+            1 => &second.transfer,
+            _ => &third.transfer,
         }
     }
 

@@ -127,10 +127,11 @@ impl<M: NodeMemory> Node<M> {
             // It ends before its length.
             return Err(Abort::LENGTH);
         }
-        let [b0, b1, b2, b3, b4, b5, b6, _] = eight;
-        let mut bytes = [b0, b1, b2, b3, b4, b5, b6];
-        for byte in bytes.iter_mut().skip(given) {
-            *byte = 0;
+        let mut bytes = *eight.first_chunk().unwrap_or(&[0; 7]);
+        if given < 7 {
+            for byte in bytes.iter_mut().skip(given) {
+                *byte = 0;
+            }
         }
         Ok(Piece {
             bytes,

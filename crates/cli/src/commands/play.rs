@@ -89,10 +89,7 @@ impl Piece {
             .nodes
             .iter()
             .map(|node| DriveSettings::new(*node, drive));
-        Ok(Bus::new(BusSettings {
-            seed,
-            drives: drives.collect(),
-        }))
+        Ok(Bus::new(BusSettings::new(seed, drives.collect())))
     }
 }
 

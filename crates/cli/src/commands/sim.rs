@@ -1,6 +1,8 @@
 //! `servobus sim`: virtual drives on a bus that other programs can reach.
 
+mod drive_list;
 mod guests;
+mod ready;
 mod speed;
 mod stage;
 
@@ -8,15 +10,19 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{Bus, BusSettings, DriveSettings, FlashFile, Recording, RunHeader, StoreError};
+use ::sim::{
+    Bus, BusSettings, Disturbance, DriveSettings, FlashFile, Recording, RunHeader, Share,
+    StoreError,
+};
 use bus::{Doors, Endpoint, Options, Protocol};
+use can::BitRate;
 use canopen::Instant;
 use personalities::Personality;
 
+use self::drive_list::DriveList;
 use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
-use crate::node_list::NodeList;
 use crate::{Failure, drive_kind, output, record_file, time_span};
 
 /// Run virtual drives, until Ctrl-C or for some simulated time.
@@ -35,6 +41,8 @@ Examples:
                                                     servobus replay run.log repeats the run
   servobus sim --record run.mcap                    or run.pcapng: see --record
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
+  servobus sim --drive p3-extended --nodes unconfigured:3 --bit-rate 125k
+                                                    drives for an LSS master: servobus lss scan
 
 Who sends frames on the bus decides what happens; all else follows from --seed. --record writes two
 files: FILE, its frames with simulated time from zero, and FILE.run with the seed, the drives,
@@ -44,9 +52,18 @@ pub(crate) struct Arguments {
     /// Which drive; `servobus od NAME` lists its objects.
     #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
     drive: &'static Personality,
-    /// Their node IDs: 5, 1-3 or 1,4.
+    /// Their node IDs: 5, 1-3 or 1,4; unconfigured:3 for three drives without one, which wait for
+    /// an LSS master; or both, as in 1-2,unconfigured:3.
     #[arg(long, default_value = "1-3", allow_hyphen_values = true)]
-    nodes: NodeList,
+    nodes: DriveList,
+    /// Bit rate of the bus: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k or 1M.
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value = "1M",
+        allow_hyphen_values = true
+    )]
+    bit_rate: BitRate,
     /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or
     /// a CAN interface of this (Linux) machine, socketcan://INTERFACE; may be given several times;
     /// `none` opens no door [default: socketcand://127.0.0.1:29536]
@@ -62,9 +79,25 @@ pub(crate) struct Arguments {
     /// End after this simulated time, as in 10s, 500ms or 2m.
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = time_span::parse)]
     time: Option<Duration>,
-    /// From it everything random follows: latencies, serial numbers.
+    /// From it everything random follows: latencies, serial numbers, disturbances.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Lose so many of the frames between outside programs and the bus, in each direction, as in 1%.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "0%",
+        allow_hyphen_values = true
+    )]
+    lose: Share,
+    /// Let so many of them come twice, as in 0.5%.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "0%",
+        allow_hyphen_values = true
+    )]
+    duplicate: Share,
     /// Write all frames to FILE, and to FILE.run what they follow from. FILE ends in .log (candump),
     /// .pcapng (Wireshark) or .mcap (Foxglove; with position, speed and current of each drive).
     /// Existing files are replaced.
@@ -124,40 +157,68 @@ impl Arguments {
     }
 
     fn settings(&self) -> Result<BusSettings, Failure> {
-        let drive = |&node| {
-            let mut settings = DriveSettings::new(node, self.drive);
+        let drive = |place| {
+            let mut settings = DriveSettings::at(place, self.drive);
             if let Some(folder) = &self.store {
-                settings.store = FlashFile::file(folder, self.drive.name, node.get())
+                settings.store = FlashFile::file(folder, self.drive.name, place)
                     .map_err(|error| Failure::input(store_message(&error)))?;
             }
             Ok(settings)
         };
-        let drives: Result<Vec<DriveSettings>, Failure> =
-            self.nodes.nodes().iter().map(drive).collect();
+        let drives: Result<Vec<DriveSettings>, Failure> = self.nodes.places().map(drive).collect();
         Ok(BusSettings {
-            seed: self.seed,
-            drives: drives?,
+            bit_rate: self.bit_rate,
+            disturbance: Disturbance {
+                lose: self.lose,
+                duplicate: self.duplicate,
+            },
+            ..BusSettings::new(self.seed, drives?)
         })
     }
 
-    /// The lines that a script waits for.
-    fn ready(&self, doors: &[Endpoint]) -> String {
-        let count = self.nodes.nodes().len();
-        let (drives, nodes) = match count {
-            1 => ("drive", "node"),
-            _ => ("drives", "nodes"),
-        };
+    /// Refuses what the drive cannot be.
+    fn check_drive(&self) -> Result<(), Failure> {
         let name = self.drive.name;
-        let mut text = format!(
-            "ready: {count} virtual {name} {drives}, {nodes} {}",
-            self.nodes
-        );
-        for door in doors {
-            text.push('\n');
-            text.push_str(&door_line(door));
+        let others = |can: fn(&Personality, BitRate) -> bool| {
+            let able = personalities::ALL.iter().filter(|p| can(p, self.bit_rate));
+            let words: Vec<String> = able.map(|p| format!("--drive {}", p.name)).collect();
+            words.join(" or ")
+        };
+        let has_rate = |drive: &Personality, rate| drive.bit_rates.contains(&rate);
+        if !has_rate(self.drive, self.bit_rate) {
+            let own: Vec<String> = self
+                .drive
+                .bit_rates
+                .iter()
+                .map(BitRate::to_string)
+                .collect();
+            return Err(Failure::input(format!(
+                "{name} has {} only; for --bit-rate {} use {}",
+                own.join(", "),
+                self.bit_rate.word(),
+                others(has_rate)
+            )));
         }
-        text
+        let has_lss = |drive: &Personality, _| drive.device.dialect.lss;
+        if self.nodes.has_unconfigured() && !has_lss(self.drive, self.bit_rate) {
+            return Err(Failure::input(format!(
+                "{name} has no LSS, so a drive without a node ID could never get one; for --nodes \
+                 unconfigured use {}",
+                others(has_lss)
+            )));
+        }
+        Ok(())
     }
+}
+
+/// The lines that a script waits for.
+fn ready(arguments: &Arguments, bus: &Bus, doors: &[Endpoint]) -> String {
+    let mut text = ready::line(arguments.drive, bus);
+    for door in doors {
+        text.push('\n');
+        text.push_str(&door_line(door));
+    }
+    text
 }
 
 fn store_message(error: &StoreError) -> String {
@@ -194,6 +255,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
              add --bus none, or leave --speed out"
         )));
     }
+    arguments.check_drive()?;
     let stop = Stop::watch()?;
     let settings = arguments.settings()?;
     // The doors first: a busy port must not cost the user an earlier recording.
@@ -223,17 +285,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let end = arguments.time.map_or(Instant::NEVER, |time| {
         Instant::ZERO.plus_ns(time_span::nanoseconds(time))
     });
-    let addresses = doors.as_ref().map_or(&[][..], Doors::addresses);
-    let ready = arguments.ready(addresses);
+    let addresses = doors
+        .as_ref()
+        .map_or(vec![], |doors| doors.addresses().to_vec());
+    let disturbance = settings.disturbance;
     let mut stage = Stage::new(Bus::new(settings), doors, log);
     let began = std::time::Instant::now();
     stage.boot(end)?;
-    output::print(ready)?;
+    output::print(ready(arguments, stage.bus(), &addresses))?;
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,
     }
     let summary = stage.finish(began.elapsed())?;
-    output::print(summary)?;
+    if !disturbance.is_none() {
+        let [inward, outward] = summary.disturbed;
+        output::tell(format_args!(
+            "disturbed on purpose: {inward} frames to the bus, {outward} from it"
+        ));
+    }
+    output::print(summary.text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -209,7 +209,10 @@ fn draw_panel(report: &Report, panel: &Panel, place: Place, area: &Area<'_>) -> 
 }
 
 fn of(report: &Report, node: NodeId) -> impl Iterator<Item = &ProbeSample> {
-    report.samples.iter().filter(move |s| s.node == node)
+    report
+        .samples
+        .iter()
+        .filter(move |s| s.place == sim::Place::of_node(node))
 }
 
 /// A number of an axis: no more digits than it needs.

@@ -11,7 +11,8 @@ use client::decode::Decoder;
 use client::{Client, Observed, Seen, block_on};
 use personalities::p3::P3;
 use sim::{
-    Bus, BusSettings, DriveSettings, Extremes, ProbeSample, Recording, RunHeader, VirtualLink,
+    Bus, BusSettings, DriveSettings, Extremes, Place, ProbeSample, Recording, RunHeader,
+    VirtualLink,
 };
 
 use super::dialogue::Dialogue;
@@ -83,10 +84,7 @@ impl<'w> Stage<'w> {
         output: &'w mut dyn Write,
     ) -> io::Result<Stage<'w>> {
         let drives = nodes.iter().map(|node| DriveSettings::new(*node, &P3));
-        let settings = BusSettings {
-            seed,
-            drives: drives.collect(),
-        };
+        let settings = BusSettings::new(seed, drives.collect());
         let recording = record
             .map(|path| Recording::create(path, &RunHeader::of(&settings)))
             .transpose()?;
@@ -119,7 +117,7 @@ impl<'w> Stage<'w> {
     pub(super) fn block(&mut self, node: NodeId, blocked: bool) -> io::Result<()> {
         let now = self.bus.now();
         if let Some(recording) = &mut self.recording {
-            recording.block(now, node, blocked)?;
+            recording.block(now, Place::of_node(node), blocked)?;
         }
         if let Some(drive) = self.bus.drive(node) {
             drive.plant().set_blocked(blocked);
@@ -147,7 +145,7 @@ impl<'w> Stage<'w> {
     }
 
     fn take_extremes(&mut self) -> Vec<(NodeId, Extremes)> {
-        let nodes: Vec<NodeId> = self.bus.drives().iter().map(|d| d.node()).collect();
+        let nodes: Vec<NodeId> = self.bus.drives().iter().filter_map(|d| d.node()).collect();
         nodes
             .into_iter()
             .filter_map(|node| Some((node, self.bus.drive(node)?.take_extremes())))

@@ -8,6 +8,7 @@ pub(crate) mod communication;
 pub(crate) mod faults;
 pub(crate) mod motor;
 
+use can::BitRate;
 use canopen::{
     AcknowledgeData, Address, Dictionary, RangeAbort, Row, RpdoSync, SdoTransfers, UploadReply,
 };
@@ -97,6 +98,7 @@ pub static P3: Personality = Personality {
     name: "p3",
     title: "Barrett P3 (manual of 2019)",
     device: Device::new(&OBJECTS, CANOPEN),
+    bit_rates: &[BitRate::Mbit1], // l.184
     cia402: CIA402,
     axis: axis::axis(&OBJECTS_CONST),
     motor: motor::motor(&OBJECTS_CONST),

@@ -54,6 +54,7 @@ pub static P3_EXTENDED: Personality = Personality {
     name: "p3-extended",
     title: "Barrett P3 under plain CiA 301 and CiA 402",
     device: Device::new(&OBJECTS, CANOPEN),
+    bit_rates: &can::BitRate::ALL,
     cia402: CIA402,
     axis: axis::axis(&OBJECTS_CONST),
     motor: p3::motor::motor(&OBJECTS_CONST),

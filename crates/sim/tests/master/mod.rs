@@ -47,7 +47,7 @@ impl Master {
 
     pub fn with(drives: Vec<DriveSettings>) -> Master {
         let mut master = Master {
-            bus: Bus::new(BusSettings { seed: 7, drives }),
+            bus: Bus::new(BusSettings::new(7, drives)),
             log: Vec::new(),
         };
         master.run_ms(50);

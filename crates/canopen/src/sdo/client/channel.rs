@@ -7,7 +7,8 @@ use crate::{CobId, NodeId};
 /// The two identifiers of an SDO connection, of 11 or 29 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
-    request: Id,
+    /// [`Frame::key`] of the client's frames.
+    request_key: u32,
     /// [`Frame::key`] of the server's frames.
     answer_key: u32,
 }
@@ -16,11 +17,8 @@ impl Channel {
     /// Requests go out with `request`, answers come in with `answer`.
     pub fn new(request: impl Into<Id>, answer: impl Into<Id>) -> Channel {
         Channel {
-            request: request.into(),
-            answer_key: match answer.into() {
-                Id::Standard(id) => u32::from(id.as_raw()),
-                Id::Extended(id) => id.as_raw() | 1 << 31,
-            },
+            request_key: key(request.into()),
+            answer_key: key(answer.into()),
         }
     }
 
@@ -45,8 +43,16 @@ impl Channel {
 
     /// A request with these data, of which `len` bytes are sent.
     #[inline]
-    pub(super) fn request(&self, data: [u8; 8], len: u8) -> Option<Frame> {
-        Frame::data_frame(self.request, data.get(..usize::from(len))?)
+    pub(super) fn request(&self, data: [u8; 8], len: u8) -> Frame {
+        Frame::keyed(self.request_key, data, len)
+    }
+}
+
+/// [`Frame::key`] of data frames.
+fn key(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => u32::from(id.as_raw()),
+        Id::Extended(id) => id.as_raw() | 1 << 31,
     }
 }
 

@@ -237,7 +237,7 @@ impl SdoClient {
     /// now. The time to wait for an answer begins with this call.
     pub fn transmit(&mut self, now: Instant, source: &mut impl Source) -> Option<Frame> {
         if let Some(parting) = self.parting.take() {
-            return self.channel.request(parting, 8);
+            return Some(self.channel.request(parting, 8));
         }
         let transfer = self
             .transfer
@@ -251,12 +251,12 @@ impl SdoClient {
                     transfer.tried = transfer.tried.saturating_add(1);
                     self.deadline = now.plus_ns(self.settings.answer_ns);
                 }
-                self.channel.request(data, len)
+                Some(self.channel.request(data, len))
             }
             Err(failure) => {
                 self.fail(failure);
                 let parting = self.parting.take()?;
-                self.channel.request(parting, 8)
+                Some(self.channel.request(parting, 8))
             }
         }
     }

@@ -174,7 +174,10 @@ pub(super) fn segment(
     let left = bytes.saturating_sub(offset);
     let used = left.min(u32::from(SEGMENT)) as u8;
     let mut data = [0; 7];
-    if let Some(place) = data.get_mut(..usize::from(used))
+    if used == SEGMENT {
+        // A length that the source knows when it is compiled.
+        source.give(offset, &mut data).map_err(Failure::Refused)?;
+    } else if let Some(place) = data.get_mut(..usize::from(used))
         && !place.is_empty()
     {
         source.give(offset, place).map_err(Failure::Refused)?;

@@ -148,10 +148,13 @@ impl Transfer {
             Phase::BlockUpload(_) => command == 0x80,
             _ => command >> 5 == 4,
         };
+        if !is_abort {
+            return None;
+        }
         let [_, i0, i1, sub, data @ ..] = answer.frame.bytes();
         let names_nothing = [i0, i1, sub] == [0; 3] && self.stage() != Stage::Initiate;
         let is_own = self.is_known && (self.is_for_object(answer) || names_nothing);
-        (is_abort && is_own).then_some(Abort(u32::from_le_bytes(data)))
+        is_own.then_some(Abort(u32::from_le_bytes(data)))
     }
 
     /// Whether the server may have aborted because a request was repeated that it had received.
@@ -236,6 +239,9 @@ impl Transfer {
 
 /// A frame without address.
 pub(super) const fn command_and(command: u8, data: [u8; 7]) -> [u8; 8] {
-    let [d0, d1, d2, d3, d4, d5, d6] = data;
-    [command, d0, d1, d2, d3, d4, d5, d6]
+    let mut frame = [command; 8];
+    if let Some(bytes) = frame.last_chunk_mut() {
+        *bytes = data;
+    }
+    frame
 }

@@ -31,7 +31,8 @@ struct Search {
     /// Only devices with this revision number.
     #[arg(long, value_name = "NUMBER", requires = "product", value_parser = identity::number)]
     revision: Option<u32>,
-    /// How long a device may take to answer in a scan. A slower one is not found.
+    /// How long a device may take to answer in a scan. A slower one is not found. On a slow bus
+    /// frames take their time, too: say 100ms below 125 kbit/s.
     #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = short_time)]
     scan_timeout: Duration,
     /// Print JSON.
@@ -50,9 +51,16 @@ impl Search {
     }
 
     fn settings(&self) -> canopen::lss::Settings {
+        let settings = self.common.settings();
+        let scan_ms = milliseconds(self.scan_timeout);
+        // Where answers come late, those of the other devices come later, too.
+        let longer =
+            u32::from(settings.settle_ms) * u32::from(scan_ms) / u32::from(settings.scan_ms);
+        let settle_ms = u16::try_from(longer).unwrap_or(u16::MAX);
         canopen::lss::Settings {
-            scan_ms: milliseconds(self.scan_timeout),
-            ..self.common.settings()
+            scan_ms,
+            settle_ms: settings.settle_ms.max(settle_ms),
+            ..settings
         }
     }
 }

@@ -3,11 +3,9 @@
 use std::collections::BTreeMap;
 
 use bus::{ClientId, Doors, LeaveReason, Peer, Trouble};
+use can::BitRate;
 
 use crate::output::tell;
-
-/// Bits per second of the simulated bus.
-const BIT_RATE: u32 = 1_000_000;
 
 /// Who is on the bus. The simulation knows outside programs by numbers, counted in the order in
 /// which they joined, so that a recording does not depend on anything else.
@@ -33,7 +31,6 @@ impl Guests {
         door: usize,
         peer: &Peer,
         listen_only: bool,
-        bit_rate: Option<u32>,
     ) {
         self.joined += 1;
         let number = self.joined;
@@ -43,10 +40,17 @@ impl Guests {
         tell(format_args!(
             "client {number} joined from {peer} at {door}{only}"
         ));
-        if let Some(rate) = bit_rate.filter(|rate| *rate != BIT_RATE) {
+    }
+
+    /// Somebody who has just joined asked for a bit rate, in bits per second. `common` is the bus's.
+    pub(super) fn check_rate(&self, client: ClientId, asked: Option<u32>, common: BitRate) {
+        let common = common.bit_s();
+        if let Some(rate) = asked.filter(|rate| *rate != common)
+            && let Some(number) = self.number(client)
+        {
             tell(format_args!(
-                "warning: client {number} asked for {rate} bit/s; this bus has {BIT_RATE}, and on \
-                 a real one it would now disturb everybody"
+                "warning: client {number} asked for {rate} bit/s; this bus has {common}, and on a \
+                 real one it would now disturb everybody"
             ));
         }
     }
@@ -90,8 +94,11 @@ impl Guests {
     /// A frame of this one got onto the wire, so another may come. Who that is, if still here.
     pub(super) fn sent(&mut self, number: u32, doors: &mut Doors) -> Option<ClientId> {
         let guest = self.present.get_mut(&number)?;
-        guest.waiting = guest.waiting.saturating_sub(1);
-        doors.grant(guest.client, 1);
+        // A disturbance may have put a frame on the wire twice, which the client has sent once.
+        if guest.waiting > 0 {
+            guest.waiting -= 1;
+            doors.grant(guest.client, 1);
+        }
         Some(guest.client)
     }
 

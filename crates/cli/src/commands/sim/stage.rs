@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant as RealTime};
 
-use ::sim::{Bus, Injection, Pacer, Recording, Sender};
+use ::sim::{Bus, Disturbed, Injection, Pacer, Recording, Sender};
 use bus::{Doors, Event};
+use can::BitRate;
 use canopen::Instant;
 
 use super::guests::Guests;
@@ -63,6 +64,15 @@ fn lost(path: &std::path::Path, error: &std::io::Error) -> Failure {
     ))
 }
 
+/// What there was.
+#[derive(Debug)]
+pub(super) struct Summary {
+    /// Times, frames and load, for people.
+    pub(super) text: String,
+    /// What was disturbed on the way to the bus, and from it.
+    pub(super) disturbed: [Disturbed; 2],
+}
+
 /// A simulated bus with its doors and its recording.
 #[derive(Debug)]
 pub(super) struct Stage {
@@ -71,6 +81,8 @@ pub(super) struct Stage {
     guests: Guests,
     log: Option<Log>,
     frames: u64,
+    /// The bit rate that was last told.
+    bit_rate: BitRate,
     /// When something last happened on the bus.
     lively_at: Option<Instant>,
 }
@@ -84,6 +96,7 @@ impl Stage {
             bus.probe_every(SAMPLE_NS);
         }
         Stage {
+            bit_rate: bus.bit_rate(),
             bus,
             doors,
             guests: Guests::default(),
@@ -93,11 +106,16 @@ impl Stage {
         }
     }
 
+    /// The bus as it is now.
+    pub(super) fn bus(&self) -> &Bus {
+        &self.bus
+    }
+
     /// Lets the drives boot, without pacing, so that whoever is told that they are ready is not
     /// ignored by a drive that is still booting.
     pub(super) fn boot(&mut self, end: Instant) -> Result<(), Failure> {
         let end = end.min(self.bus.now().plus_ns(BOOT_NS));
-        let booting = |bus: &Bus| bus.drives().iter().any(|drive| drive.core().is_none());
+        let booting = |bus: &Bus| bus.drives().iter().any(|drive| drive.is_booting());
         while self.bus.now() < end && booting(&self.bus) {
             self.advance(end.min(self.bus.now().plus_ns(BOOT_STEP_NS)))?;
         }
@@ -175,7 +193,9 @@ impl Stage {
                 Sender::Outside(number) => self.guests.sent(number, doors),
                 Sender::Drive(_) => None,
             };
-            doors.deliver(&traffic.frame, traffic.at.0, sender);
+            for _ in 0..traffic.copies {
+                doors.deliver(&traffic.frame, traffic.at.0, sender);
+            }
         }
         if let Some(doors) = &mut self.doors
             && self.bus.outside_waiting() == 0
@@ -193,6 +213,13 @@ impl Stage {
             }
             tell(notice);
         }
+        if self.bus.bit_rate() != self.bit_rate {
+            self.bit_rate = self.bus.bit_rate();
+            tell(format_args!(
+                "the bus has {} now, as an LSS master said; outside programs follow",
+                self.bit_rate
+            ));
+        }
         if let Some(log) = &mut self.log
             && log.flushed.elapsed() >= FLUSH
         {
@@ -207,6 +234,7 @@ impl Stage {
         let Some(doors) = &mut self.doors else {
             return Ok(());
         };
+        let common = self.bus.bit_rate();
         while let Some(event) = doors.take() {
             match event {
                 Event::Joined {
@@ -215,16 +243,17 @@ impl Stage {
                     peer,
                     listen_only,
                     bit_rate,
-                } => self
-                    .guests
-                    .join(client, doors, door, &peer, listen_only, bit_rate),
+                } => {
+                    self.guests.join(client, doors, door, &peer, listen_only);
+                    self.guests.check_rate(client, bit_rate, common);
+                }
                 Event::Left { client, reason } => self.guests.leave(client, &reason),
                 Event::Refused { door, peer, reason } => {
                     self.guests.refuse(doors, door, &peer, &reason);
                 }
                 Event::Trouble { door, trouble } => self.guests.trouble(doors, door, &trouble),
-                Event::Frame { client, frame } => {
-                    let Some(client) = self.guests.sends(client) else {
+                Event::Frame { client: id, frame } => {
+                    let Some(client) = self.guests.sends(id) else {
                         continue;
                     };
                     let at = self.bus.now();
@@ -236,7 +265,10 @@ impl Stage {
                             recording.injection(&Injection { at, client, frame })
                         })?;
                     }
-                    self.bus.send(client, frame);
+                    if self.bus.send(client, frame) == 0 {
+                        // It is lost, and another may come.
+                        self.guests.sent(client, doors);
+                    }
                     self.lively_at = Some(at);
                 }
             }
@@ -245,7 +277,7 @@ impl Stage {
     }
 
     /// Ends the recording and says what there was.
-    pub(super) fn finish(self, real: Duration) -> Result<String, Failure> {
+    pub(super) fn finish(self, real: Duration) -> Result<Summary, Failure> {
         let now = self.bus.now();
         if let Some(log) = self.log {
             let finished = log.recording.finish(now);
@@ -258,11 +290,15 @@ impl Stage {
             0 => 0.0,
             ns => 100.0 * self.bus.busy_ns() as f64 / ns as f64,
         };
-        Ok(format!(
+        let text = format!(
             "simulated {simulated:.3} s in {real:.3} s, {:.2} times real time; {frames} frames, bus \
              load {load:.2} %",
             simulated / real
-        ))
+        );
+        Ok(Summary {
+            text,
+            disturbed: self.bus.disturbed(),
+        })
     }
 }
 
