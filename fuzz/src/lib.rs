@@ -12,7 +12,7 @@ pub mod canopen_harness;
 #[path = "../../crates/drive/tests/harness/mod.rs"]
 pub mod drive_harness;
 
-#[path = "../../crates/canopen/tests/sdo_client/harness/mod.rs"]
-pub mod sdo_client_harness;
 #[path = "../../crates/eds/tests/harness/mod.rs"]
 pub mod eds_harness;
+#[path = "../../crates/canopen/tests/sdo_client/harness/mod.rs"]
+pub mod sdo_client_harness;
