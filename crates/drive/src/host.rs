@@ -60,6 +60,30 @@ pub trait Host {
 
     /// The download has ended before its end.
     fn abort_program(&mut self) {}
+
+    /// Memory that a master may fill and read back, to try its transfers with; empty if there is
+    /// none.
+    fn scratch(&self) -> &[u8] {
+        &[]
+    }
+
+    /// A download to that memory begins: it becomes empty.
+    ///
+    /// # Errors
+    /// Why it is not taken: `bytes`, if that was said, are too many, or there is no such memory.
+    fn clear_scratch(&mut self, bytes: Option<u32>) -> Result<(), Abort> {
+        let _ = bytes;
+        Err(Abort::UNSUPPORTED_ACCESS)
+    }
+
+    /// Appends to that memory.
+    ///
+    /// # Errors
+    /// [`Abort::OUT_OF_MEMORY`].
+    fn append_scratch(&mut self, bytes: &[u8]) -> Result<(), Abort> {
+        let _ = bytes;
+        Err(Abort::OUT_OF_MEMORY)
+    }
 }
 
 /// What a host's program memory shows.

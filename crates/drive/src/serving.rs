@@ -23,9 +23,21 @@ impl<H: Host> Serving<'_, H> {
             .is_some_and(|objects| objects.program == object)
     }
 
-    fn is_data_sheet(&self, object: Address) -> bool {
+    fn is_scratch(&self, object: Address) -> bool {
         self.objects()
-            .is_some_and(|objects| objects.data_sheet == object)
+            .is_some_and(|objects| objects.scratch == object)
+    }
+
+    /// What a stream that can be read holds.
+    fn contents(&self, object: Address) -> Result<&[u8], Abort> {
+        match self.objects() {
+            Some(objects) if objects.data_sheet == object => match self.host.data_sheet() {
+                [] => Err(Abort::NO_DATA),
+                sheet => Ok(sheet),
+            },
+            Some(objects) if objects.scratch == object => Ok(self.host.scratch()),
+            _ => Err(Abort::UNSUPPORTED_ACCESS),
+        }
     }
 
     /// 0x1F51. A program stops only with the power stage off: the motor must not be left to itself.
@@ -77,24 +89,17 @@ impl<H: Host> Owner for Serving<'_, H> {
     }
 
     fn stream_size(&mut self, object: Address) -> Result<Option<u32>, Abort> {
-        if !self.is_data_sheet(object) {
-            return Err(Abort::UNSUPPORTED_ACCESS);
-        }
-        match self.host.data_sheet() {
-            [] => Err(Abort::NO_DATA),
-            sheet => u32::try_from(sheet.len())
-                .map(Some)
-                .map_err(|_| Abort::OUT_OF_MEMORY),
-        }
+        let length = self.contents(object)?.len();
+        u32::try_from(length)
+            .map(Some)
+            .map_err(|_| Abort::OUT_OF_MEMORY)
     }
 
     fn stream_read(&mut self, object: Address, at: u32, into: &mut [u8]) -> Result<usize, Abort> {
-        if !self.is_data_sheet(object) {
-            return Err(Abort::UNSUPPORTED_ACCESS);
-        }
+        let contents = self.contents(object)?;
         let rest = usize::try_from(at)
             .ok()
-            .and_then(|at| self.host.data_sheet().get(at..))
+            .and_then(|at| contents.get(at..))
             .unwrap_or(&[]);
         let mut given = 0;
         for (place, byte) in into.iter_mut().zip(rest) {
@@ -107,6 +112,7 @@ impl<H: Host> Owner for Serving<'_, H> {
     fn stream_begin(&mut self, object: Address, size: Option<u32>) -> Verdict {
         match self.is_program(object) {
             true => verdict(self.host.begin_program(size)),
+            false if self.is_scratch(object) => verdict(self.host.clear_scratch(size)),
             false => Verdict::Refuse(Abort::UNSUPPORTED_ACCESS),
         }
     }
@@ -114,6 +120,7 @@ impl<H: Host> Owner for Serving<'_, H> {
     fn stream_write(&mut self, object: Address, at: u32, bytes: &[u8]) -> Result<(), Abort> {
         match self.is_program(object) {
             true => self.host.take_program(at, bytes),
+            false if self.is_scratch(object) => self.host.append_scratch(bytes),
             false => Err(Abort::UNSUPPORTED_ACCESS),
         }
     }
@@ -121,6 +128,7 @@ impl<H: Host> Owner for Serving<'_, H> {
     fn stream_end(&mut self, object: Address, _size: u32) -> Verdict {
         match self.is_program(object) {
             true => verdict(self.host.finish_program()),
+            false if self.is_scratch(object) => Verdict::Accept,
             false => Verdict::Refuse(Abort::UNSUPPORTED_ACCESS),
         }
     }

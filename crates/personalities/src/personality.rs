@@ -48,6 +48,8 @@ pub struct Personality {
 pub struct HostObjects {
     /// 0x1021: the electronic data sheet, a DOMAIN.
     pub data_sheet: canopen::Address,
+    /// Memory to try transfers with, a DOMAIN.
+    pub scratch: canopen::Address,
     /// 0x100A: the version of the program that runs, a string in the image.
     pub software_version: canopen::Field,
     /// 0x1F50,1: a new program, a DOMAIN.

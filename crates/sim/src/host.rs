@@ -13,6 +13,8 @@ use crate::store::StoreError;
 const ERASE_NS: u64 = 8_000_000;
 /// The program that a new drive comes with.
 const FACTORY_VERSION: &str = "1.0.0";
+/// Bytes of the memory to try transfers with.
+const SCRATCH_BYTES: usize = 1 << 20;
 
 /// What a drive's program memory does since its last start.
 #[derive(Debug)]
@@ -20,6 +22,8 @@ pub(crate) struct Programs {
     store: ProgramStore,
     version: String,
     sheet: &'static str,
+    /// Memory to try transfers with; it does not outlive a start.
+    scratch: Vec<u8>,
     /// When the next sector is erased.
     erase_at: Instant,
     /// The time of the call that the drive is in.
@@ -49,6 +53,7 @@ impl FlashFile {
             store,
             version,
             sheet: data_sheet_text(personality),
+            scratch: Vec::new(),
             erase_at: Instant::NEVER,
             now: Instant::ZERO,
         });
@@ -152,6 +157,32 @@ impl Host for FlashFile {
         self.with_programs(|running, memory| {
             running.store.finish(memory.flash())?;
             memory.sync().map_err(|_| Abort::HARDWARE)
+        })
+    }
+
+    fn scratch(&self) -> &[u8] {
+        self.running
+            .as_ref()
+            .map_or(&[], |running| &running.scratch)
+    }
+
+    fn clear_scratch(&mut self, bytes: Option<u32>) -> Result<(), Abort> {
+        if bytes.is_some_and(|bytes| bytes as usize > SCRATCH_BYTES) {
+            return Err(Abort::TOO_LONG);
+        }
+        self.with_programs(|running, _| {
+            running.scratch.clear();
+            Ok(())
+        })
+    }
+
+    fn append_scratch(&mut self, bytes: &[u8]) -> Result<(), Abort> {
+        self.with_programs(|running, _| {
+            if running.scratch.len() + bytes.len() > SCRATCH_BYTES {
+                return Err(Abort::OUT_OF_MEMORY);
+            }
+            running.scratch.extend_from_slice(bytes);
+            Ok(())
         })
     }
 

@@ -72,6 +72,8 @@ pub(super) const ROWS: &[Row] = &[
     u8(0x1F51, 1, "Program control").rw().asks().live(),
     u32(0x1F56, 1, "Program software identification").live(),
     u32(0x1F57, 1, "Flash status identification").live(),
+    // Beyond the standard, for masters under test: up to 1 MiB that are read back as written.
+    domain(0x2420, 0, "Transfer test memory").rw(),
     // 0: boot to operational, 4: to pre-operational (CiA 302-2; P3 l.346), where CiA 301 devices
     // wait for their master.
     u32(0x1F80, 0, "NMT startup").rw().default(4).store(Communication),

@@ -73,6 +73,7 @@ pub static P3_EXTENDED: Personality = Personality {
     presets_position: Some(Address::new(0x6064, 0)),
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
+        scratch: Address::new(0x2420, 0),
         software_version: OBJECTS_CONST.need(0x100A, 0),
         program: Address::new(0x1F50, 1),
         program_control: Address::new(0x1F51, 1),
