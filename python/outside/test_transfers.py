@@ -4,7 +4,7 @@ import random
 import subprocess
 
 import canopen
-import canopen.sdo
+from canopen.sdo import exceptions
 import pytest
 
 from conftest import connected
@@ -110,7 +110,7 @@ def test_on_a_bad_wire_data_are_right_or_an_error_is_seen(block):
                 else:
                     sdo.download(MEMORY, 0, data, force_segment=True)
                     got = sdo.upload(MEMORY, 0)
-            except canopen.sdo.SdoError:
+            except exceptions.SdoError:
                 failed += 1
                 sdo.abort(0x08000000)
                 continue
