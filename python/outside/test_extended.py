@@ -59,7 +59,8 @@ def test_a_halted_move_goes_on_to_its_target(cycle):
     wait_until(lambda: cycle.tpdo_values[0x6064] > start + 40_000, 3, "on its way")
     cycle.controlword = 0x0F | HALT
     wait_until(lambda: cycle.statusword & TARGET_REACHED, 3, "halted")
-    assert stands(cycle)
+    # The velocity of the same SYNC comes in another PDO.
+    wait_until(lambda: stands(cycle), 0.2, "standing")
     assert cycle.state == "OPERATION ENABLED"
     assert cycle.tpdo_values[0x6064] < start + 190_000
     cycle.controlword = 0x0F

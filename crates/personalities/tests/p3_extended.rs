@@ -38,7 +38,7 @@ fn every_application_object_of_the_p3_is_there_and_all_but_two_are_the_same() {
 
 #[test]
 fn what_it_adds() {
-    use DataType::{I16, I32, U8, U16, U32};
+    use DataType::{Domain, I16, I32, U8, U16, U32};
     let (faithful, extended) = tables();
     let mut added = Vec::new();
     for row in extended.rows().iter().filter(|row| is_application(row)) {
@@ -49,8 +49,9 @@ fn what_it_adds() {
         }
     }
     let mut expected: Vec<_> = (1..=12).map(|sub| (0x2410, sub, U8, true)).collect();
-    // Types and access of CiA 402.
+    // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
+        (0x2420, 0, Domain, true),
         (0x605D, 0, I16, true),
         (0x6067, 0, U32, true),
         (0x6068, 0, U16, true),
@@ -62,7 +63,9 @@ fn what_it_adds() {
     assert_eq!(added, expected);
     for (index, sub, _, writable) in added {
         let row = row_of(&extended, index, sub).expect("the row");
-        if writable {
+        if row.data_type == Domain {
+            assert_eq!(row.group, canopen::Group::None, "a stream is not stored");
+        } else if writable {
             assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
         } else {
             assert!(row.is_live && row.maps_tpdo, "{}", row.address);
