@@ -137,3 +137,44 @@ def test_a_program_is_downloaded_and_started(master, tmp_path):
     write(node, 0x1F51, 1, 1, 1)
     node.nmt.wait_for_bootup(3)
     assert node.sdo.upload(0x100A, 0) == b"2.5.0"
+
+
+def test_parameters_are_stored_verified_and_restored(master):
+    network, node = master
+
+    def number(index: int, sub: int) -> int:
+        return int.from_bytes(node.sdo.upload(index, sub), "little")
+
+    def reset() -> None:
+        network.nmt.send_command(0x81)
+        node.nmt.wait_for_bootup(3)
+
+    def save() -> None:
+        node.sdo.download(0x1010, 1, b"save")
+
+    write(node, 0x1015, 0, 70, 2)
+    write(node, 0x6083, 0, 12345, 4)
+    write(node, 0x1020, 1, 15_000, 4)
+    write(node, 0x1020, 2, 4_000, 4)
+    save()
+    reset()
+    assert (number(0x1015, 0), number(0x6083, 0)) == (70, 12345)
+    assert (number(0x1020, 1), number(0x1020, 2)) == (15_000, 4_000)
+    # Someone else stores other parameters: whoever verifies the configuration sees it.
+    write(node, 0x6083, 0, 54321, 4)
+    save()
+    reset()
+    assert number(0x6083, 0) == 54321
+    assert (number(0x1020, 1), number(0x1020, 2)) == (0, 0)
+    # Without the signature nothing happens; with it the defaults hold from the next reset on.
+    with pytest.raises(canopen.SdoAbortedError) as refused:
+        node.sdo.download(0x1011, 1, b"save")
+    assert refused.value.code == 0x08000020
+    node.sdo.download(0x1011, 3, b"load")
+    assert number(0x6083, 0) == 54321
+    reset()
+    assert number(0x6083, 0) != 54321
+    assert number(0x1015, 0) == 70
+    node.sdo.download(0x1011, 1, b"load")
+    reset()
+    assert number(0x1015, 0) == 0
