@@ -58,6 +58,25 @@ def test_every_kind_of_message_is_recognised(recording, what, filter):
     assert tshark(recording, "-Y", filter), f"tshark finds no {what}"
 
 
+EXTENDED = [
+    "extended.log",
+    "services.log",
+    "transfers.log",
+    "transfers-bad-False.log",
+    "transfers-bad-True.log",
+]
+
+
+@pytest.mark.parametrize("name", EXTENDED)
+def test_every_frame_of_the_extended_drive_is_read_and_none_malformed(name):
+    """Segments, blocks, emergencies, programs: whatever the other tests have recorded."""
+    path = directory() / name
+    lines = path.read_text().count("\n")
+    assert lines > 0
+    assert tshark(path, "-Y", "_ws.malformed") == []
+    assert len(tshark(path, "-Y", "canopen", "-T", "fields", "-e", "frame.number")) == lines
+
+
 def test_tshark_reads_pcapng():
     boots, heard, path = record("live.pcapng")
     fields = ["frame.time_epoch", "can.flags.xtd", "can.flags.rtr", "can.id", "can.len"]
