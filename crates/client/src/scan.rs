@@ -236,10 +236,10 @@ impl<L: Link> Client<L> {
             (0x1009, &mut found.hardware),
             (0x100A, &mut found.software),
         ] {
-            let value = self
-                .read(node, Address::new(index, 0), DataType::Text)
-                .await;
-            *field = match told(value)? {
+            // A name may be longer than an expedited answer.
+            let bytes = self.upload_all(node, Address::new(index, 0)).await;
+            let value = told(bytes)?.and_then(|bytes| Value::decode(&bytes, DataType::Text));
+            *field = match value {
                 Some(Value::Text(text)) => Some(text),
                 _ => None,
             };
@@ -249,7 +249,7 @@ impl<L: Link> Client<L> {
 }
 
 /// A value, or `None` if the node did not give one.
-fn told(value: Result<Value, SdoError>) -> Result<Option<Value>, LinkError> {
+fn told<T>(value: Result<T, SdoError>) -> Result<Option<T>, LinkError> {
     match value {
         Ok(value) => Ok(Some(value)),
         Err(SdoError {

@@ -117,11 +117,15 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
                 continue;
             };
             let address = Address::new(index, sub);
-            let answer = client.upload(node, address).await;
+            // A stream is no parameter.
+            if data_type == DataType::DOMAIN {
+                continue;
+            }
+            let answer = client.upload_all(node, address).await;
             let found = match answer {
                 Ok(data) => {
                     silent = 0;
-                    value(data_type, data.bytes(), entry.default.as_ref())
+                    value(data_type, &data, entry.default.as_ref())
                 }
                 Err(error) => {
                     let is_silent = matches!(error.cause, Cause::TimedOut { .. });
