@@ -20,8 +20,8 @@ mount -t 9p -o $options,ro,cache=loose host /host &&
 mount -t proc proc /root/proc
 mount -t sysfs sys /root/sys
 mount -t devtmpfs dev /root/dev
+# /tmp stays the host's, under the layer: the checkout may lie there.
 mount -t tmpfs run /root/run
-mount -t tmpfs tmp /root/tmp
 ip link set lo up
 HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
     chroot /root /bin/sh /out/job.sh </dev/null
