@@ -35,7 +35,7 @@ pub struct Parameters {
 /// From the manual: 48 V, encoder reading 0x0DF8 under phase A, current zero 0x0729 of phase A. The
 /// zero of phase B, the steps of the converters and the diodes are ours: 2.5 mA a count spans
 /// -4.58 to +5.65 A about phase A's zero, so the 3.66 A of a stalled motor fit; 17.6 mV a count spans
-/// 72 V; 0.05 K a count spans -50 to +154.8 °C.
+/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
     load: Load {
@@ -58,6 +58,8 @@ pub const VIRTUAL_P3: Parameters = Parameters {
         voltage_v: 17.6e-3,
         temperature_k: 0.05,
         temperature_zero_c: -50.0,
+        motor_temperature_k: 0.075,
+        motor_temperature_zero_c: -50.0,
     },
     current_zero_counts: [0x0729 as f32, 2071.0],
     amplifier_temperature_c: 25.0,
@@ -141,7 +143,12 @@ impl Parameters {
             return Err(Invalid::EncoderCounts(self.encoder.counts_per_turn));
         }
         let scales = &self.scales;
-        for scale in [scales.current_a, scales.voltage_v, scales.temperature_k] {
+        for scale in [
+            scales.current_a,
+            scales.voltage_v,
+            scales.temperature_k,
+            scales.motor_temperature_k,
+        ] {
             if !positive(scale.into()) {
                 return Err(Invalid::Scale(scale));
             }
@@ -156,6 +163,7 @@ impl Parameters {
             zero_a,
             zero_b,
             scales.temperature_zero_c,
+            scales.motor_temperature_zero_c,
             self.amplifier_temperature_c,
         ] {
             if !level.is_finite() {

@@ -1,6 +1,6 @@
 //! One drive's world, put together.
 
-use control::io::{Duty, Sample};
+use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
 use crate::{Inverter, Mechanics, Parameters, Sensors, Supply, Vector, Winding, diodes};
@@ -215,5 +215,12 @@ impl<R: Real> Plant<R> {
             beta: sine,
         };
         self.rotor_age = 0;
+    }
+}
+
+impl Plant<f32> {
+    /// What the board says beside the sample.
+    pub fn signals(&self) -> Signals {
+        Signals::QUIET
     }
 }
