@@ -227,10 +227,7 @@ impl<R: Real> Reader<R> {
         if self.effects {
             self.with_effects(angle, speed_rad_s, draws)
         } else {
-            (
-                self.nearest(angle, R::splat(0.0)),
-                R::Mask::splat(true),
-            )
+            (self.nearest(angle, R::splat(0.0)), R::Mask::splat(true))
         }
     }
 
@@ -249,7 +246,10 @@ impl<R: Real> Reader<R> {
         let half = R::splat(0.5);
         let bad = (draws.even() * half + half).lt(self.bad_answers);
         // One bit more or less.
-        let bit = R::count_sub(R::count(1), R::count_mul(self.lowest_bit(reading), R::count(2)));
+        let bit = R::count_sub(
+            R::count(1),
+            R::count_mul(self.lowest_bit(reading), R::count(2)),
+        );
         let garbled = R::count_add(reading, bit);
         let beyond = self.counts.le(R::of_count(garbled));
         let garbled = R::count_select(beyond, R::count(0), garbled);

@@ -37,12 +37,13 @@ const LEAP: (i32, i32) = {
 impl<R: Real> Noise<R> {
     /// The stream of a seed.
     pub(crate) fn new(seed: R::Count) -> Self {
-        // Neighbouring seeds shall not give neighbouring streams.
-        let mut noise = Self {
-            state: R::count_mul(seed, R::count(0x9E37_79B9_u32 as i32)),
-        };
+        // Neighbouring seeds shall not give neighbouring streams. x(2x + 1) is a permutation modulo
+        // 2³² and not a straight one, as the generator's own steps are.
+        let mut noise = Self { state: seed };
         for _ in 0..4 {
             noise.advance();
+            let twice = R::count_add(noise.state, noise.state);
+            noise.state = R::count_mul(noise.state, R::count_add(twice, R::count(1)));
         }
         noise
     }

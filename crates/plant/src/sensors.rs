@@ -1,9 +1,9 @@
 //! What the drive sees of the world: whole counts.
 
-use control::io::{Magnet, Sample, Scales};
+use control::io::{Magnet, Sample};
 use control::{Mask as _, Real};
 
-use crate::encoder::{Encoder, EncoderFault, Reader};
+use crate::encoder::{EncoderFault, Reader};
 use crate::exponential::decayed_fraction;
 use crate::noise::Noise;
 use crate::{Invalid, Parameters, Vector};
@@ -343,7 +343,10 @@ mod tests {
             sensors.advance();
         }
         let variance = square / 20_000.0;
-        assert!((variance / (9.0 + 1.0 / 12.0) - 1.0).abs() < 0.04, "{variance}");
+        assert!(
+            (variance / (9.0 + 1.0 / 12.0) - 1.0).abs() < 0.04,
+            "{variance}"
+        );
         // One moment has one reading.
         assert_eq!(reading(&sensors, 0), reading(&sensors, 0));
     }
@@ -455,7 +458,10 @@ mod tests {
         }
         for square in squares {
             let variance = square / 20_000.0;
-            assert!((variance / (4.0 + 1.0 / 12.0) - 1.0).abs() < 0.04, "{variance}");
+            assert!(
+                (variance / (4.0 + 1.0 / 12.0) - 1.0).abs() < 0.04,
+                "{variance}"
+            );
         }
         assert!((product / 20_000.0).abs() < 0.15);
         // Five PWM periods of 10 µs at 25 µs: 1 - e^-2 of the way.

@@ -85,7 +85,11 @@ struct Stretch<R: Real> {
 
 impl<R: Real> Stretch<R> {
     fn new(link: &Link, period_s: f64, conducting: bool, braking: bool) -> Self {
-        let source = if conducting { 1.0 / link.source_ohm } else { 0.0 };
+        let source = if conducting {
+            1.0 / link.source_ohm
+        } else {
+            0.0
+        };
         let brake = if braking { 1.0 / link.brake_ohm } else { 0.0 };
         let across = 1.0 / link.bleeder_ohm + brake;
         let sum = source + across;

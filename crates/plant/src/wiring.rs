@@ -279,10 +279,26 @@ mod tests {
             assert!(trips(beside, phase.back([0.5, 0.4, 0.61]), 48.0));
             // 12 V for 1.05 µs at 1 µH: 12 A are not enough.
             assert!(!trips(beside, phase.back([0.5, 0.4, 0.61]), 12.0));
-            assert!(trips(Short::ToNegative(phase), phase.back([0.11, 0.0, 0.0]), 48.0));
-            assert!(!trips(Short::ToNegative(phase), phase.back([0.09, 1.0, 1.0]), 48.0));
-            assert!(trips(Short::ToPositive(phase), phase.back([0.89, 1.0, 1.0]), 48.0));
-            assert!(!trips(Short::ToPositive(phase), phase.back([0.91, 0.0, 0.0]), 48.0));
+            assert!(trips(
+                Short::ToNegative(phase),
+                phase.back([0.11, 0.0, 0.0]),
+                48.0
+            ));
+            assert!(!trips(
+                Short::ToNegative(phase),
+                phase.back([0.09, 1.0, 1.0]),
+                48.0
+            ));
+            assert!(trips(
+                Short::ToPositive(phase),
+                phase.back([0.89, 1.0, 1.0]),
+                48.0
+            ));
+            assert!(!trips(
+                Short::ToPositive(phase),
+                phase.back([0.91, 0.0, 0.0]),
+                48.0
+            ));
             assert!(!trips(beside, [0.1, 0.5, 0.9], 0.0));
         }
         let whole = Wiring::default();
