@@ -44,7 +44,7 @@ pub struct Plant<R: Real> {
     overcurrent_square: R,
     dead_part: R,
     bridge_current: R,
-    pole_pairs: R::Count,
+    electrical_turns: R::Count,
     amplifier_temperature: R,
     current: Vector<R>,
     /// Unit vector along the magnet.
@@ -92,7 +92,7 @@ impl Truth<f32> {
 }
 
 impl<R: Real> Plant<R> {
-    /// A world at rest: rotor aligned with phase A, no current, all switches open. Parameters
+    /// A world at rest: shaft at its start, no current, all switches open. Parameters
     /// should pass [`Parameters::check`].
     pub fn new(parameters: &Parameters) -> Self {
         let (motor, period_s) = (&parameters.motor, parameters.pwm_period_s);
@@ -114,13 +114,17 @@ impl<R: Real> Plant<R> {
             overcurrent_square: overcurrent_square(parameters),
             dead_part: dead_part(parameters),
             bridge_current: R::splat(0.0),
-            pole_pairs: R::count(motor.pole_pairs.into()),
+            electrical_turns: R::count(motor.electrical_turns().into()),
             amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
             current: Vector::zero(),
             rotor: Vector::zero(),
             rotor_age: 0,
             torque: R::splat(0.0),
         };
+        let (angle, turns) = angle_and_turns(parameters.start_turns);
+        plant
+            .mechanics
+            .set_position(R::count(angle), R::count(turns));
         plant.look_for_effects();
         plant.align_rotor();
         plant
@@ -381,7 +385,7 @@ impl<R: Real> Plant<R> {
     /// Takes the rotor's direction from the shaft's angle.
     #[inline(always)]
     fn align_rotor(&mut self) {
-        let electrical_angle = R::count_mul(self.mechanics.angle(), self.pole_pairs);
+        let electrical_angle = R::count_mul(self.mechanics.angle(), self.electrical_turns);
         let (sine, cosine) = sin_cos::<R>(electrical_angle);
         self.rotor = Vector {
             alpha: cosine,
@@ -406,6 +410,16 @@ fn dead_part<R: Real>(parameters: &Parameters) -> R {
 fn overcurrent_square<R: Real>(parameters: &Parameters) -> R {
     let overcurrent = R::splat(parameters.bridge.overcurrent_a);
     overcurrent * overcurrent
+}
+
+/// A position in turns as the shaft counts it: within the turn, 2³² per turn and wrapping at half a
+/// turn, and whole turns; up to 2³⁰ turns to either side, at zero if undefined.
+fn angle_and_turns(turns: f64) -> (i32, i32) {
+    let held = turns.clamp(-1_073_741_824.0, 1_073_741_824.0);
+    // Both casts are toward zero; the offset of whole turns makes that down, to the nearest step.
+    let steps = (held * 4_294_967_296.0) as i64;
+    let whole = (steps + 0x8000_0000) >> 32;
+    (steps as i32, whole as i32)
 }
 
 impl Plant<f32> {
