@@ -38,7 +38,7 @@ pub(crate) fn new() -> impl FnMut() -> Duty<f32> {
         );
     }
     let mut period = move |drive: &mut Drive<Vec<u8>>| {
-        let duty = drive.control_period(&plant.sample());
+        let duty = drive.control_period(&plant.sample(), &plant.signals());
         plant.load(&duty);
         for _ in 0..personality.amplifier.pwm_per_control {
             plant.step();

@@ -32,6 +32,9 @@ pub struct Cascade<R: Real> {
     /// The bridge was on in the last period.
     was_enabled: R::Mask,
     voltage_limited: R::Mask,
+    /// A short circuit has opened the bridge; until the command switches it off.
+    tripped: R::Mask,
+    encoder_valid: R::Mask,
     /// Velocity demand behind the filter that the velocity estimate has behind it: otherwise an
     /// acceleration a would leave a following error of a·(filter delay)/Kp.
     matched_velocity: R,
@@ -66,6 +69,8 @@ impl<R: Real> Cascade<R> {
             i2t: I2tSum::new(),
             was_enabled: off,
             voltage_limited: off,
+            tripped: off,
+            encoder_valid: R::Mask::splat(true),
             matched_velocity: zero,
             measured_a: Rotor { d: zero, q: zero },
             voltage_v: Rotor { d: zero, q: zero },
@@ -135,7 +140,8 @@ impl<R: Real> Cascade<R> {
     pub fn period(&mut self, sample: &Sample<R>) -> Duty<R> {
         let c = &self.constants;
         let zero = R::splat(0.0);
-        let enabled = self.command.enabled;
+        self.tripped = self.command.enabled & (self.tripped | sample.overcurrent);
+        let enabled = self.command.enabled & !self.tripped;
         let source = &self.command.frame;
 
         // Where the rotor is, and how fast.
@@ -241,6 +247,7 @@ impl<R: Real> Cascade<R> {
         };
         self.voltage_v = voltage;
         self.angle = angle;
+        self.encoder_valid = sample.encoder_valid;
         self.smooth(sample);
         self.segment.advance(self.constants.period_s);
         duty
@@ -305,6 +312,8 @@ impl<R: Real> Cascade<R> {
             velocity_limited: self.motion.velocity_limited,
             voltage_limited: self.voltage_limited,
             i2t_active: self.i2t.active(),
+            overcurrent: self.tripped,
+            encoder_valid: self.encoder_valid,
         }
     }
 }

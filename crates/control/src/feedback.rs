@@ -57,6 +57,10 @@ pub struct Feedback<R: Real> {
     pub voltage_limited: R::Mask,
     /// The I²t limit now allows no more than the continuous current.
     pub i2t_active: R::Mask,
+    /// A short circuit has opened the bridge; until the command switches it off.
+    pub overcurrent: R::Mask,
+    /// The last reading of the encoder was valid.
+    pub encoder_valid: R::Mask,
 }
 
 impl<R: Real> Feedback<R> {
@@ -89,6 +93,8 @@ impl<R: Real> Feedback<R> {
             velocity_limited: no,
             voltage_limited: no,
             i2t_active: no,
+            overcurrent: no,
+            encoder_valid: R::Mask::splat(true),
         }
     }
 }

@@ -138,6 +138,8 @@ impl Dice {
             encoder: self.odd_count(1234),
             bus_adc: self.odd(2458.0),
             temperature_adc: self.odd(1500.0),
+            overcurrent: false,
+            encoder_valid: true,
         }
     }
 }

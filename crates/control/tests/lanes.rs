@@ -291,6 +291,8 @@ fn every_lane_has_the_bits_of_its_own_drive() {
                 encoder: samples.map(|s| s.encoder),
                 bus_adc: lanes(&samples, |s| s.bus_adc),
                 temperature_adc: lanes(&samples, |s| s.temperature_adc),
+                overcurrent: Mask::splat(false),
+                encoder_valid: Mask::splat(true),
             });
             for (i, rig) in rigs.iter_mut().enumerate() {
                 let mut alone = rig.cascade;

@@ -2,6 +2,7 @@
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
 use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
@@ -25,6 +26,7 @@ pub(crate) struct Application {
     parameter_error: Option<ParameterError>,
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
+    signals: Signals,
     /// What the control half has not taken yet.
     new_command: Option<Command<f32>>,
     new_limits: bool,
@@ -60,6 +62,7 @@ impl Application {
             parameter_error: None,
             faults: FaultManager::new(personality),
             feedback,
+            signals: Signals::QUIET,
             new_command: Some(Command::idle()),
             new_limits: false,
             new_parameters: true,
@@ -75,8 +78,9 @@ impl Application {
     }
 
     /// Takes what the control half has seen.
-    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>) {
+    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
         self.feedback = *feedback;
+        self.signals = *signals;
     }
 
     /// Acts upon writes that were committed.
@@ -112,6 +116,7 @@ impl Application {
             now,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
+            signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
         };

@@ -3,7 +3,7 @@
 use can::Frame;
 
 use canopen::{Instant, NodeId, NodeMemory, store};
-use control::io::{Duty, Sample, Scales};
+use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Feedback};
 use personalities::Personality;
 
@@ -27,6 +27,7 @@ pub struct Hardware {
 pub struct Drive<M> {
     comms: Comms<M>,
     cascade: Cascade<f32>,
+    signals: Signals,
 }
 
 impl<M: NodeMemory> Drive<M> {
@@ -46,7 +47,11 @@ impl<M: NodeMemory> Drive<M> {
         let (comms, damage) =
             Comms::new(personality, hardware, memory, id, serial, stored, health)?;
         let cascade = Cascade::new(&comms.parameters());
-        let mut drive = Drive { comms, cascade };
+        let mut drive = Drive {
+            comms,
+            cascade,
+            signals: Signals::QUIET,
+        };
         drive.hand_over();
         Ok((drive, damage))
     }
@@ -59,14 +64,14 @@ impl<M: NodeMemory> Drive<M> {
 
     /// Takes a frame from the bus.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
-        self.comms.observe(&self.cascade.feedback());
+        self.comms.observe(&self.cascade.feedback(), &self.signals);
         self.comms.receive(frame, now, host);
         self.hand_over();
     }
 
     /// Does what time asks for.
     pub fn poll<H: Host>(&mut self, now: Instant, host: &mut H) {
-        self.comms.observe(&self.cascade.feedback());
+        self.comms.observe(&self.cascade.feedback(), &self.signals);
         self.comms.poll(now, host);
         self.hand_over();
     }
@@ -85,7 +90,8 @@ impl<M: NodeMemory> Drive<M> {
 
     /// One control period: from what the sensors say to what the bridge shall do.
     #[inline]
-    pub fn control_period(&mut self, sample: &Sample<f32>) -> Duty<f32> {
+    pub fn control_period(&mut self, sample: &Sample<f32>, signals: &Signals) -> Duty<f32> {
+        self.signals = *signals;
         self.cascade.period(sample)
     }
 

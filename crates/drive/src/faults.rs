@@ -3,6 +3,7 @@
 use canopen::{Image, Instant};
 use cia402::Conditions;
 use control::Feedback;
+use control::io::{Magnet, Signals};
 use personalities::{Cause, FaultRow, Kind, Personality, States, Switch};
 
 use crate::configuration::value;
@@ -59,6 +60,7 @@ pub(crate) struct Observation<'a> {
     pub(crate) now: Instant,
     pub(crate) conditions: Conditions,
     pub(crate) feedback: &'a Feedback<f32>,
+    pub(crate) signals: &'a Signals,
     pub(crate) parameters_are_valid: bool,
     pub(crate) enabled: bool,
 }
@@ -335,10 +337,10 @@ impl FaultManager {
             Cause::PdoTooShort => self.communication.pdo_too_short,
             Cause::PdoTooLong => self.communication.pdo_too_long,
             Cause::SyncLength => self.communication.sync_length,
-            Cause::EncoderFeedback
-            | Cause::MagnetDistance
-            | Cause::ShortCircuit
-            | Cause::MotorTemperature
+            Cause::MagnetDistance => seen.signals.magnet != Magnet::Good,
+            Cause::ShortCircuit => feedback.overcurrent,
+            Cause::EncoderFeedback => !feedback.encoder_valid,
+            Cause::MotorTemperature
             | Cause::MotorPhasing
             | Cause::PositiveLimitSwitch
             | Cause::NegativeLimitSwitch

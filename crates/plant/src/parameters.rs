@@ -11,6 +11,8 @@ pub struct Parameters {
     pub motor: Motor,
     /// What the motor drives.
     pub load: Load,
+    /// Position of the shaft at the start, turns; 0: the rotor is aligned with phase A.
+    pub start_turns: f64,
     /// PWM period, s.
     pub pwm_period_s: f64,
     /// PWM periods between the command of a duty and its effect.
@@ -35,7 +37,7 @@ pub struct Parameters {
 /// From the manual: 48 V, encoder reading 0x0DF8 under phase A, current zero 0x0729 of phase A. The
 /// zero of phase B, the steps of the converters and the diodes are ours: 2.5 mA a count spans
 /// -4.58 to +5.65 A about phase A's zero, so the 3.66 A of a stalled motor fit; 17.6 mV a count spans
-/// 72 V; 0.05 K a count spans -50 to +154.8 °C.
+/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
     load: Load {
@@ -43,6 +45,7 @@ pub const VIRTUAL_P3: Parameters = Parameters {
         coulomb_friction_nm: 0.0,
         viscous_friction_nms: 0.0,
     },
+    start_turns: 0.0,
     pwm_period_s: 10e-6,
     load_delay_periods: 1,
     supply_v: 48.0,
@@ -58,6 +61,8 @@ pub const VIRTUAL_P3: Parameters = Parameters {
         voltage_v: 17.6e-3,
         temperature_k: 0.05,
         temperature_zero_c: -50.0,
+        motor_temperature_k: 0.075,
+        motor_temperature_zero_c: -50.0,
     },
     current_zero_counts: [0x0729 as f32, 2071.0],
     amplifier_temperature_c: 25.0,
@@ -85,6 +90,8 @@ pub enum Invalid {
     Inertia(f64),
     /// A friction coefficient is negative.
     Friction(f64),
+    /// `start_turns` is beyond 2³⁰ turns.
+    Start(f64),
     /// `pwm_period_s` is not between 1 µs and 1 ms.
     PwmPeriod(f64),
     /// `encoder.counts_per_turn` is not between 1 and 2²⁰.
@@ -134,6 +141,9 @@ impl Parameters {
                 return Err(Invalid::Friction(friction));
             }
         }
+        if !(-1_073_741_824.0..=1_073_741_824.0).contains(&self.start_turns) {
+            return Err(Invalid::Start(self.start_turns));
+        }
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }
@@ -141,7 +151,12 @@ impl Parameters {
             return Err(Invalid::EncoderCounts(self.encoder.counts_per_turn));
         }
         let scales = &self.scales;
-        for scale in [scales.current_a, scales.voltage_v, scales.temperature_k] {
+        for scale in [
+            scales.current_a,
+            scales.voltage_v,
+            scales.temperature_k,
+            scales.motor_temperature_k,
+        ] {
             if !positive(scale.into()) {
                 return Err(Invalid::Scale(scale));
             }
@@ -156,6 +171,7 @@ impl Parameters {
             zero_a,
             zero_b,
             scales.temperature_zero_c,
+            scales.motor_temperature_zero_c,
             self.amplifier_temperature_c,
         ] {
             if !level.is_finite() {

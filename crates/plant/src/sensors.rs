@@ -1,7 +1,7 @@
 //! What the drive sees of the world: whole counts.
 
-use control::Real;
 use control::io::{Sample, Scales};
+use control::{Mask as _, Real};
 
 use crate::Vector;
 
@@ -72,6 +72,8 @@ impl<R: Real> Sensors<R> {
             encoder: self.encoder(angle),
             bus_adc: convert(bus_voltage_v * self.counts_per_v),
             temperature_adc: convert((temperature_c - self.temperature_zero_c) * self.counts_per_k),
+            overcurrent: R::Mask::splat(false),
+            encoder_valid: R::Mask::splat(true),
         }
     }
 

@@ -220,7 +220,7 @@ impl VirtualDrive {
     pub(crate) fn control(&mut self) {
         let duty = match &mut self.core {
             Some(core) => {
-                let duty = core.control_period(&self.plant.sample());
+                let duty = core.control_period(&self.plant.sample(), &self.plant.signals());
                 self.extremes.widen(&core.feedback());
                 duty
             }

@@ -18,6 +18,8 @@ pub const COUNTS: f64 = 4096.0;
 pub const PWM_S: f64 = 10e-6;
 pub const CONTROL_S: f64 = 50e-6;
 pub const SCALES: Scales = Scales {
+    motor_temperature_k: 0.05,
+    motor_temperature_zero_c: -50.0,
     current_a: 5.0 / 2048.0,
     current_zero: 2048.0,
     voltage_v: 80.0 / 4096.0,
@@ -175,6 +177,8 @@ impl Rig {
             encoder: encoder as i32,
             bus_adc: (self.bus_v / f64::from(SCALES.voltage_v)).round() as f32,
             temperature_adc: 1500.0,
+            overcurrent: false,
+            encoder_valid: true,
         }
     }
 

@@ -7,7 +7,7 @@
 use canopen::nmt::Reset;
 use canopen::{Instant, NodeId};
 use control::Feedback;
-use control::io::{Duty, Sample};
+use control::io::{Duty, Sample, Signals};
 use drive::{Drive, Hardware, Health, NoHost, Request};
 use personalities::p3::{IMAGE_BYTES, P3};
 use plant::{Parameters, Plant};
@@ -106,6 +106,8 @@ impl World {
             encoder,
             bus_adc,
             temperature_adc,
+            overcurrent: false,
+            encoder_valid: true,
         }
     }
 
@@ -113,7 +115,7 @@ impl World {
     pub fn periods(&mut self, count: u64) {
         for _ in 0..count {
             let sample = self.sample();
-            let duty = self.drive.control_period(&sample);
+            let duty = self.drive.control_period(&sample, &Signals::QUIET);
             self.check_duty(&duty);
             if self.has_motor {
                 self.plant.load(&duty);
