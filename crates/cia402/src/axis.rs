@@ -7,8 +7,8 @@ use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
 use crate::stop::Stop;
 use crate::{
-    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, Mode, ModeRefused, ModeSet,
-    Outcome, State, Statusword, Target, Targets,
+    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, Mode, ModeRefused,
+    ModeSet, Outcome, State, Statusword, Target, Targets,
 };
 
 /// The motor is freed if a reaction to a fault has not brought it to rest by then, ms.

@@ -53,10 +53,7 @@ fn continuous(rig: &Rig, rate: f64) {
 fn disable_operation_and_shutdown_slow_down_first() {
     // 200,000 counts/s²: 50 ms and 250 counts.
     for mode in MOVING_MODES {
-        for (word, state) in [
-            (0x07, State::SwitchedOn),
-            (0x06, State::ReadyToSwitchOn),
-        ] {
+        for (word, state) in [(0x07, State::SwitchedOn), (0x06, State::ReadyToSwitchOn)] {
             let case = format!("{mode} {word:#x}");
             let mut rig = moving(mode);
             rig.configuration.shutdown_option = 1;
@@ -85,10 +82,7 @@ fn disable_operation_and_shutdown_slow_down_first() {
 fn code_0_frees_the_motor_and_so_does_a_drive_without_ramps() {
     for mode in MOVING_MODES {
         for (dialect, disable, shutdown) in [(&STANDARD, 0, 0), (&P3, 1, 1)] {
-            for (word, state) in [
-                (0x07, State::SwitchedOn),
-                (0x06, State::ReadyToSwitchOn),
-            ] {
+            for (word, state) in [(0x07, State::SwitchedOn), (0x06, State::ReadyToSwitchOn)] {
                 let mut rig = moving_as(dialect, mode);
                 rig.configuration.disable_option = disable;
                 rig.configuration.shutdown_option = shutdown;
@@ -101,7 +95,10 @@ fn code_0_frees_the_motor_and_so_does_a_drive_without_ramps() {
 
 #[test]
 fn at_rest_there_is_nothing_to_wait_for() {
-    for mode in (0..=10).map(Mode).filter(|mode| STANDARD.modes().contains(*mode)) {
+    for mode in (0..=10)
+        .map(Mode)
+        .filter(|mode| STANDARD.modes().contains(*mode))
+    {
         let mut rig = Rig::enabled(&STANDARD, mode);
         rig.configuration.shutdown_option = 1;
         rig.run_ms(5);

@@ -81,7 +81,9 @@ fn anything_may_be_written_at_any_time() {
                 27 => actual.torque_pm = number,
                 28 => axis.initialised(),
                 29 if random.below(20) == 0 => axis.fault(),
-                29 if random.below(20) == 0 => axis.fault_reaction(&configuration, &targets, &actual),
+                29 if random.below(20) == 0 => {
+                    axis.fault_reaction(&configuration, &targets, &actual)
+                }
                 30 => {
                     let mode = random.below(14) as i8 - 2;
                     let _ = axis.write_mode(mode, &configuration, &targets, &actual);
