@@ -1,11 +1,13 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use cia402::{Actual, Axis, Configuration, HomingMethod, Mode, ModeRefused, State, Target};
+use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
+use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
 use crate::configuration::{limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
@@ -27,11 +29,17 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    seen: Seen,
     /// What the control half has not taken yet.
     new_command: Option<Command<f32>>,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
+    new_shift: Option<i32>,
+    new_captures: bool,
+    captures: CaptureOrder,
+    /// As last handed over, per mille.
+    torque_limit_pm: f32,
     /// What of the parameters is to be saved, or with `restores` put back to its defaults.
     pub(crate) storage_request: Option<store::Request>,
     pub(crate) restores: bool,
@@ -63,10 +71,15 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
+            seen: Seen::default(),
             new_command: Some(Command::idle()),
             new_limits: false,
             new_parameters: true,
             new_position: None,
+            new_shift: None,
+            new_captures: true,
+            captures: CaptureOrder::default(),
+            torque_limit_pm: 0.0,
             storage_request: None,
             restores: false,
             is_stopped: false,
@@ -78,9 +91,13 @@ impl Application {
     }
 
     /// Takes what the control half has seen.
-    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
+    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
         self.feedback = *feedback;
         self.signals = *signals;
+        self.seen = *seen;
+        if self.personality.inputs.is_none() {
+            self.seen.active = 0;
+        }
     }
 
     /// Acts upon writes that were committed.
@@ -119,6 +136,9 @@ impl Application {
             signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
+            active_inputs: self.seen.active,
+            // "Ignored in Idle/Homing modes" (l.998).
+            ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
         };
         if self.faults.judge(image, &seen) {
             self.axis.fault();
@@ -136,7 +156,7 @@ impl Application {
             limits(
                 self.axis.demand(),
                 self.axis.mode(),
-                &self.configuration,
+                &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
             )
@@ -149,6 +169,16 @@ impl Application {
 
     pub(crate) fn take_position(&mut self) -> Option<i32> {
         self.new_position.take()
+    }
+
+    pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
+        self.new_shift.take()
+    }
+
+    pub(crate) fn take_captures(&mut self) -> Option<CaptureOrder> {
+        let order = self.captures;
+        self.captures.triggers = Default::default();
+        core::mem::take(&mut self.new_captures).then_some(order)
     }
 
     pub(crate) fn parameters(&self) -> Parameters<f32> {
@@ -165,9 +195,28 @@ impl Application {
 
     fn configure(&mut self, image: &Image<'_>) {
         let objects = &self.personality.axis;
-        self.configuration = read_configuration(image, objects);
+        self.configuration = self.read_configuration(image);
         self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
         self.new_limits = true;
+        if let Some(inputs) = &self.personality.inputs {
+            self.captures.inverted = image.raw(inputs.inverted);
+            self.new_captures = true;
+        }
+    }
+
+    fn read_configuration(&self, image: &Image<'_>) -> Configuration {
+        let mut configuration = read_configuration(image, &self.personality.axis);
+        let counts = self.loops.parameters.encoder.counts_per_turn;
+        configuration.homing.counts_per_turn = counts.unsigned_abs();
+        configuration
+    }
+
+    /// With what the axis itself takes back of its torque.
+    fn limited_configuration(&self) -> Configuration {
+        Configuration {
+            max_torque_pm: self.axis.torque_limit_pm(&self.configuration),
+            ..self.configuration
+        }
     }
 
     fn configure_loops(&mut self, image: &Image<'_>) {
@@ -182,14 +231,43 @@ impl Application {
     }
 
     fn take_demand(&mut self) {
+        if let Some(shift) = self.axis.take_position_shift() {
+            self.rename(shift);
+        }
+        if let Some(trigger) = self.axis.take_trigger() {
+            if let Some(place) = self.captures.triggers.get_mut(captures::HOMING) {
+                *place = Some(homing_trigger(trigger));
+            }
+            self.new_captures = true;
+        }
+        let limit = self.axis.torque_limit_pm(&self.configuration);
+        if limit != self.torque_limit_pm {
+            self.torque_limit_pm = limit;
+            self.new_limits = true;
+        }
         if let Some(demand) = self.axis.take_demand() {
             self.new_command = Some(command(
                 &demand,
                 self.axis.mode(),
-                &self.configuration,
+                &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
             ));
+        }
+    }
+
+    /// Home is attained: all positions become `shift` counts greater, at once also those that are
+    /// shown before the control half has been seen again.
+    fn rename(&mut self, shift: i32) {
+        self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
+        self.faults.position_renamed();
+        self.seen.rename(shift);
+        for position in [
+            &mut self.feedback.position,
+            &mut self.feedback.demand_position,
+            &mut self.feedback.next_position,
+        ] {
+            *position = position.wrapping_add(shift);
         }
     }
 
@@ -239,6 +317,7 @@ impl Application {
                 || feedback.voltage_limited,
             voltage: feedback.bus_voltage_v > self.personality.supply.present_v,
             warning: self.faults.has_warning(),
+            homing: homing_inputs(&self.seen),
         }
     }
 
@@ -248,7 +327,7 @@ impl Application {
         }
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
-            self.configuration = read_configuration(image, &self.personality.axis);
+            self.configuration = self.read_configuration(image);
         }
         let targets = read_targets(image, &self.personality.axis);
         let actual = self.actual();
@@ -282,6 +361,14 @@ impl Application {
             1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
             1 | -1 => Verdict::Accept,
             _ => Verdict::Refuse(Abort::INVALID_VALUE),
+        }
+    }
+
+    /// Numbers that are reserved are no methods.
+    fn write_homing_method(&self, number: i8) -> Verdict {
+        match HomingMethod::new(number) {
+            Some(_) => Verdict::Accept,
+            None => Verdict::Refuse(Abort::INVALID_VALUE),
         }
     }
 
@@ -330,6 +417,7 @@ impl Application {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0x98, 0) => return self.write_homing_method(raw as i8),
             _ => {}
         }
         match object.index {
@@ -356,5 +444,15 @@ impl Application {
             &self.feedback,
             self.loops.pm_per_ampere,
         );
+        if let Some(homing) = &self.personality.axis.homing {
+            image.set(homing.is_homed, u8::from(self.axis.is_homed()));
+            if let Some(search) = &homing.search {
+                let error = self.axis.homing_error();
+                image.set(search.error, error.map_or(0, cia402::HomingError::number));
+            }
+        }
+        if let Some(inputs) = &self.personality.inputs {
+            image.set(inputs.active, self.seen.active);
+        }
     }
 }

@@ -3,11 +3,13 @@
 use can::Frame;
 use canopen::nmt::Reset;
 use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store};
+use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
 use crate::application::Application;
+use crate::captures::CaptureOrder;
 use crate::faults::CommunicationErrors;
 use crate::serving::Serving;
 use crate::{Hardware, Health, Host, ParameterError, PwmTiming};
@@ -105,11 +107,11 @@ impl<M: NodeMemory> Comms<M> {
         self.handle(events, now);
     }
 
-    /// What the control half has seen and the board says; call before [`Comms::receive`] and [`Comms::poll`], so that
-    /// they act upon the present.
+    /// What the control half has seen and captured, and the board says; call before
+    /// [`Comms::receive`] and [`Comms::poll`], so that they act upon the present.
     #[inline]
-    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
-        self.application.observe(feedback, signals);
+    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
+        self.application.observe(feedback, signals, seen);
     }
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
@@ -197,6 +199,17 @@ impl<M: NodeMemory> Comms<M> {
     /// A new name for the present position, counts.
     pub fn take_position(&mut self) -> Option<i32> {
         self.application.take_position()
+    }
+
+    /// By how much all positions become greater, captured ones as well; in force before the next
+    /// command.
+    pub fn take_position_shift(&mut self) -> Option<i32> {
+        self.application.take_position_shift()
+    }
+
+    /// What the control half shall capture.
+    pub fn take_captures(&mut self) -> Option<CaptureOrder> {
+        self.application.take_captures()
     }
 
     /// What the drive asks of its host.

@@ -6,6 +6,7 @@ use canopen::{Dictionary, Row};
 use crate::p3::axis::limit;
 use crate::p3::motor::feedback;
 use crate::p3::{self, plain};
+use super::homing;
 use crate::{AxisObjects, ConfigurationObjects, FeedbackObjects, TargetWindow, WindowObjects};
 
 /// The rows beside [`p3::axis::ROWS`].
@@ -48,6 +49,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             }),
             ..p3.configuration
         },
+        homing: Some(homing::objects(objects)),
         ..p3
     }
 }
