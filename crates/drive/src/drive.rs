@@ -46,9 +46,9 @@ impl<M: NodeMemory> Drive<M> {
         stored: &[u8],
         health: Health,
     ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
-        let (comms, damage) =
+        let (comms, parameters, damage) =
             Comms::new(personality, hardware, memory, id, serial, stored, health)?;
-        let cascade = Cascade::new(&comms.parameters());
+        let cascade = Cascade::new(&parameters);
         let mut drive = Drive {
             comms,
             cascade,
@@ -156,6 +156,11 @@ impl<M: NodeMemory> Drive<M> {
     /// The communication half.
     pub fn comms(&self) -> &Comms<M> {
         &self.comms
+    }
+
+    /// The loops.
+    pub fn cascade(&self) -> &Cascade<f32> {
+        &self.cascade
     }
 
     /// What the loops have seen and do.
