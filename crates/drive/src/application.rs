@@ -1,7 +1,7 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, HomingMethod, Mode, ModeRefused, State, Target};
+use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, State, Target};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
@@ -297,9 +297,12 @@ impl Application {
         let feedback = &self.feedback;
         // The demand that counts is the next period's. The position moves along with it, so that
         // their difference stays the following error of one moment.
-        let moved = feedback
-            .next_position
-            .wrapping_sub(feedback.demand_position);
+        let moved = match self.axis.demand() {
+            Demand::Position { .. } => feedback
+                .next_position
+                .wrapping_sub(feedback.demand_position),
+            _ => 0,
+        };
         Actual {
             position: feedback.position.wrapping_add(moved),
             velocity: feedback.velocity_reported,

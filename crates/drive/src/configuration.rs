@@ -104,11 +104,9 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         velocity_window: target_window(image, objects.velocity_window),
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
-        homing: axis
-            .homing
-            .map_or(HomingConfiguration::DEFAULT, |objects| {
-                homing(image, &objects)
-            }),
+        homing: axis.homing.map_or(HomingConfiguration::DEFAULT, |objects| {
+            homing(image, &objects)
+        }),
     }
 }
 
