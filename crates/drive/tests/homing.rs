@@ -99,7 +99,7 @@ impl Bench {
             let torque = if into == 0.0 {
                 0.0
             } else {
-                (0.02 * into + 2e-4 * speed).clamp(-0.7, 0.7)
+                (0.002 * into + 3e-4 * speed).clamp(-0.7, 0.7)
             };
             self.plant.set_load_torque_nm(torque);
         }
@@ -357,9 +357,9 @@ fn hard_stops_are_pressed_with_the_torque_of_the_object() {
         assert_eq!(bits, (true, true, false), "{}", bench.read(0x2430, 6));
         // 300 per mille and the ripple of the current.
         assert!((280..350).contains(&greatest), "{greatest}");
-        // The spring gives way by a third of a count per per mille of torque.
+        // The spring gives way by 3.5 counts under this torque.
         let off = bench.zero() - stop;
-        assert!(off.abs() < 1.0 + 0.0069 / 0.02, "{off}");
+        assert!(off.abs() < 1.0 + 0.0069 / 0.002, "{off}");
         let back = (bench.place() - stop) * direction;
         assert!((190.0..300.0).contains(&back), "{back}");
         // Nothing presses any more.

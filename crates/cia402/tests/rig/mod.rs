@@ -135,7 +135,7 @@ impl Rig {
         self.fetch();
     }
 
-    fn fetch(&mut self) {
+    pub(crate) fn fetch(&mut self) {
         if let Some(shift) = self.axis.take_position_shift() {
             self.unwrapped += f64::from(shift);
             self.renamed += shift;
