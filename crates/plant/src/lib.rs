@@ -14,7 +14,7 @@
 //! [`Motor`] and [`Parameters`] hold the numbers.
 //!
 //! Not modelled yet: dead time, noise, cogging, saliency, heating, resistance of the supply and
-//! regeneration into it, elastic loads, hard stops.
+//! regeneration into it, elastic loads.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -26,26 +26,32 @@
     )
 )]
 
+mod body;
 pub mod diodes;
 mod exponential;
 mod inverter;
+mod load;
 mod mechanics;
 mod motor;
 mod parameters;
 mod plant;
 mod sensors;
 mod spread;
+mod stops;
 mod supply;
+mod switches;
 mod vector;
 mod winding;
 
 pub use inverter::Inverter;
-pub use mechanics::{Load, Mechanics};
+pub use load::{Load, Stops};
+pub use mechanics::Mechanics;
 pub use motor::{EC_MAX_22_283860, Motor};
 pub use parameters::{Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
 pub use sensors::{Encoder, Sensors};
 pub use spread::Spread;
 pub use supply::Supply;
+pub use switches::{Switch, SwitchName, Switches};
 pub use vector::Vector;
 pub use winding::Winding;
