@@ -134,7 +134,12 @@ fn a_stop_never_pulls_and_never_gives_energy() {
         let mut fastest_back = 0.0_f32;
         for _ in 0..50_000 {
             plant.step();
-            fastest_back = fastest_back.min(plant.truth().speed_rad_s);
+            let speed = plant.truth().speed_rad_s;
+            fastest_back = if speed < fastest_back {
+                speed
+            } else {
+                fastest_back
+            };
         }
         // e^-2 of the speed at critical damping, less beyond.
         assert!(
