@@ -10,6 +10,7 @@ use crate::medium::{Ended, InFlight, Media, Medium, Sender, Traffic};
 use crate::notice::{Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::scenario::{Runner, Scenario, World};
 
 /// What a bus is.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub struct BusSettings {
     pub disturbance: Disturbance,
     /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
+    /// What happens to them, if anything: [`Scenario::set_up`] puts it here.
+    pub scenario: Option<Scenario>,
 }
 
 impl BusSettings {
@@ -32,6 +35,7 @@ impl BusSettings {
             bit_rate: BitRate::Mbit1,
             disturbance: Disturbance::default(),
             drives,
+            scenario: None,
         }
     }
 }
@@ -53,6 +57,7 @@ pub struct Bus {
     probe: Option<(u64, Instant)>,
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
+    runner: Option<Runner>,
 }
 
 impl Bus {
@@ -78,6 +83,7 @@ impl Bus {
             probe: None,
             samples: Vec::new(),
             contenders: Vec::new(),
+            runner: settings.scenario.as_ref().map(Runner::new),
         }
     }
 
@@ -206,6 +212,11 @@ impl Bus {
         if let Some((_, at)) = self.probe {
             next = next.min(at);
         }
+        if let Some(runner) = &self.runner {
+            next = next
+                .min(runner.next_due())
+                .min(runner.next_look(&self.drives));
+        }
         next
     }
 
@@ -251,6 +262,7 @@ impl Bus {
                 self.deliver(&ended);
             }
         }
+        self.play_scenario();
         // Polls.
         let notices = &mut self.notices;
         for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
@@ -259,7 +271,7 @@ impl Bus {
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
                         at: now,
-                        place,
+                        place: Some(place),
                         node,
                         kind,
                     });
@@ -269,7 +281,7 @@ impl Bus {
                 if booted && !drive.is_booting() && own != common {
                     notices.push(Notice {
                         at: now,
-                        place,
+                        place: Some(place),
                         node: drive.node(),
                         kind: NoticeKind::OtherBitRate {
                             drive: own,
@@ -286,10 +298,40 @@ impl Bus {
                 }
             }
         }
+        self.play_scenario();
         // Arbitration.
         for n in 0..self.media.count() {
             if self.media.nth(n).is_idle(now) {
                 self.arbitrate(n);
+            }
+        }
+    }
+
+    /// Does what the scenario has for this instant.
+    fn play_scenario(&mut self) {
+        let Some(runner) = &mut self.runner else {
+            return;
+        };
+        runner.look(&self.drives, self.now);
+        let mut world = World {
+            drives: &mut self.drives,
+            gateway: &mut self.gateway,
+            now: self.now,
+        };
+        let mut has_acted = false;
+        while let Some(doing) = runner.take_due(self.now) {
+            has_acted = true;
+            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
+                at: self.now,
+                place: None,
+                node: None,
+                kind: NoticeKind::Scenario(words),
+            });
+            self.notices.extend(notices);
+        }
+        if has_acted {
+            for (drive, due) in self.drives.iter().zip(&mut self.due) {
+                *due = drive.next_poll();
             }
         }
     }
@@ -332,6 +374,9 @@ impl Bus {
         let hearers = all.filter(|(drive, _)| follow(drive));
         match &ended.what {
             InFlight::Frame { frame, senders } => {
+                if let Some(runner) = &mut self.runner {
+                    runner.see(frame, senders, now);
+                }
                 for (drive, due) in hearers {
                     if senders.contains(&Sender::Drive(drive.place())) {
                         drive.errors.transmitted();
@@ -370,7 +415,7 @@ impl Bus {
                         drive.controller.clear();
                         self.notices.push(Notice {
                             at: now,
-                            place: drive.place(),
+                            place: Some(drive.place()),
                             node: drive.node(),
                             kind: NoticeKind::BusOff,
                         });

@@ -2,7 +2,8 @@
 //!
 //! A [`Bus`] is one medium with its drives. [`Bus::run_until`] moves it forward event by event;
 //! nothing in it reads a clock, so the same seed and the same injections give the same trace. At
-//! equal times the order is: plants and loops, frames, polls, arbitration; then the drive's place.
+//! equal times the order is: plants and loops, frames, the scenario's acts, polls, what the scenario
+//! does about these, arbitration; then the drive's place.
 //!
 //! Each [`VirtualDrive`] is the drive core that also runs as firmware, closed around a simulated
 //! motor, behind a CAN controller with a finite receive FIFO. Outside programs reach the bus
@@ -28,6 +29,7 @@ mod place;
 mod probe;
 mod recording;
 mod replay;
+pub mod scenario;
 mod store;
 
 pub use bus::{Bus, BusSettings};

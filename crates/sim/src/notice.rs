@@ -14,8 +14,8 @@ use crate::store::StoreError;
 pub struct Notice {
     /// When.
     pub at: Instant,
-    /// Which drive.
-    pub place: Place,
+    /// Which drive; `None` if it is the scenario that acts.
+    pub place: Option<Place>,
     /// Its node ID at that time.
     pub node: Option<NodeId>,
     /// What.
@@ -45,6 +45,8 @@ pub enum NoticeKind {
     CannotStart(ParameterError),
     /// Collisions have driven it off the bus.
     BusOff,
+    /// The scenario has done this.
+    Scenario(String),
     /// It has started with a bit rate that is not the one of the bus.
     OtherBitRate {
         /// The drive's.
@@ -56,12 +58,18 @@ pub enum NoticeKind {
 
 impl std::fmt::Display for Notice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.node {
-            Some(node) if Place::of_node(node) == self.place => write!(f, "node {node}: ")?,
-            Some(node) => write!(f, "node {node} (drive {}): ", self.place)?,
-            None => write!(f, "drive {}, which has no node ID: ", self.place)?,
+        match (self.node, self.place) {
+            (Some(node), Some(place)) if Place::of_node(node) == place => {
+                write!(f, "node {node}: ")?;
+            }
+            (Some(node), Some(place)) => write!(f, "node {node} (drive {place}): ")?,
+            (None, Some(place)) => write!(f, "drive {place}, which has no node ID: ")?,
+            (_, None) => {}
         }
         match &self.kind {
+            NoticeKind::Scenario(words) => {
+                write!(f, "{:.6} scenario: {words}", self.at.seconds())
+            }
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
                 write_kept(f, kept)?;

@@ -116,6 +116,7 @@ impl RunHeader {
             bit_rate: self.bit_rate,
             disturbance: self.disturbance,
             drives,
+            scenario: None,
         }
     }
 }
