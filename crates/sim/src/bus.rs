@@ -7,7 +7,7 @@ use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
 use crate::medium::{Ended, InFlight, Media, Medium, Sender, Traffic};
-use crate::notice::{Notice, NoticeKind};
+use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
 use crate::scenario::{Runner, Scenario, World};
@@ -179,6 +179,11 @@ impl Bus {
     /// What people should know of, since the last call.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
+    }
+
+    /// Both, in the order in which they happened.
+    pub fn take_happenings(&mut self) -> Vec<Happening> {
+        Happening::merge(self.take_traffic(), self.take_notices())
     }
 
     /// Samples every drive's plant each `every_ns` from now on.

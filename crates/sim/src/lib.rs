@@ -41,12 +41,14 @@ pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
-pub use link::VirtualLink;
+pub use link::{Listener, VirtualLink};
 pub use medium::{ErrorCounters, Sender, Traffic};
-pub use notice::{Notice, NoticeKind};
+pub use notice::{Happening, Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};
 pub use probe::ProbeSample;
-pub use recording::{Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame};
+pub use recording::{
+    Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame, write_notice,
+};
 pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;

@@ -6,6 +6,7 @@ use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
+use crate::medium::Traffic;
 use crate::place::Place;
 use crate::store::StoreError;
 
@@ -54,6 +55,31 @@ pub enum NoticeKind {
         /// The one of outside programs.
         bus: BitRate,
     },
+}
+
+/// Something that a bus has to tell.
+#[derive(Debug)]
+pub enum Happening {
+    /// A frame went over it.
+    Frame(Traffic),
+    /// There is something that people should know of.
+    Notice(Notice),
+}
+
+impl Happening {
+    /// Frames and notices in the order of their times; of one time, frames first.
+    pub(crate) fn merge(traffic: Vec<Traffic>, notices: Vec<Notice>) -> Vec<Happening> {
+        let mut all = Vec::with_capacity(traffic.len() + notices.len());
+        let mut notices = notices.into_iter().peekable();
+        for traffic in traffic {
+            while let Some(notice) = notices.next_if(|notice| notice.at < traffic.at) {
+                all.push(Happening::Notice(notice));
+            }
+            all.push(Happening::Frame(traffic));
+        }
+        all.extend(notices.map(Happening::Notice));
+        all
+    }
 }
 
 impl std::fmt::Display for Notice {
