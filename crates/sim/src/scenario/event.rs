@@ -4,7 +4,7 @@ use super::acts::{ACTS, Act, ActKind, Lasting, Object, find};
 use super::arguments::{Argument, Arguments};
 use super::conditions::When;
 use super::frames::{FramePattern, place};
-use super::problem::{Findings, Span, suggestion};
+use super::problem::{Findings, Span, nearest, suggestion};
 use super::section::{Read, Section, Value};
 use crate::place::Place;
 
@@ -236,8 +236,10 @@ impl Draft {
         let name = section.text("do", form, findings)?;
         let kind = find(name.value);
         if kind.is_none() {
-            let names: Vec<&str> = ACTS.iter().map(|kind| kind.name).collect();
-            let remedy = suggestion(name.value, &names);
+            let remedy = match nearest(name.value, ACTS.iter().map(|kind| kind.name)) {
+                Some(word) => format!("did you mean '{word}'?"),
+                None => "`servobus scenario acts` lists them".to_owned(),
+            };
             findings.push(
                 &name.span,
                 format!("there is no act '{}'", name.value),

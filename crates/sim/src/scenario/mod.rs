@@ -128,7 +128,7 @@ impl Scenario {
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
                 let what = error.message().lines().next().unwrap_or("").to_owned();
-                findings.push(&span, what, "this is no TOML: see https://toml.io");
+                findings.push(&span, what, "a scenario is TOML: see https://toml.io");
                 return Err(findings.finish(()).expect_err("there is one"));
             }
         };
