@@ -21,6 +21,8 @@ pub struct Winding<R: Real> {
     decayed: R,
     /// (1 - a)/R, A/V.
     gain: R,
+    /// Weight of the first current in the mean of a period: 1/x - a/(1 - a), x = Rh/L.
+    first_weight: R,
     /// p L/R, s: times the mechanical speed, the reactance over the resistance.
     reactance: R,
     /// p h, s: times the mechanical speed, the electrical angle of one period.
@@ -37,18 +39,25 @@ impl<R: Real> Winding<R> {
     /// The winding of `motor` for PWM periods of `period_s`.
     pub fn new(motor: &Motor, period_s: f64) -> Self {
         let (resistance, inductance) = (motor.phase_resistance_ohm, motor.phase_inductance_h);
-        let pole_pairs = f64::from(motor.pole_pairs);
-        let decayed = decayed_fraction(resistance * period_s / inductance);
+        let electrical_turns = f64::from(motor.electrical_turns());
+        let constants = resistance * period_s / inductance;
+        let decayed = decayed_fraction(constants);
+        let first_weight = if constants > 1e-3 {
+            1.0 / constants - (1.0 - decayed) / decayed
+        } else {
+            0.5 - constants / 12.0
+        };
         let real = |value: f64| R::splat(value as f32);
         Self {
             remaining: real(1.0 - decayed),
             decayed: real(decayed),
             gain: real(decayed / resistance),
-            reactance: real(pole_pairs * inductance / resistance),
-            electrical_period: real(pole_pairs * period_s),
+            first_weight: real(first_weight),
+            reactance: real(electrical_turns * inductance / resistance),
+            electrical_period: real(electrical_turns * period_s),
             short_circuit_current: real(motor.flux_wb / inductance),
-            torque_constant: real(motor.torque_constant_nm_per_a()),
-            emf_constant: real(motor.emf_constant_vs()),
+            torque_constant: real(1.5 * electrical_turns * motor.flux_wb),
+            emf_constant: real(electrical_turns * motor.flux_wb),
         }
     }
 
@@ -100,6 +109,12 @@ impl<R: Real> Winding<R> {
     #[inline(always)]
     pub fn gain_a_per_v(&self) -> R {
         self.gain
+    }
+
+    /// Mean of the current over a period, from its ends; exact for an EMF that stands still in it.
+    #[inline(always)]
+    pub fn mean(&self, first: Vector<R>, last: Vector<R>) -> Vector<R> {
+        last + (first - last) * self.first_weight
     }
 
     /// Torque on the rotor, Nm.

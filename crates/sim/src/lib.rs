@@ -31,6 +31,7 @@ mod recording;
 mod replay;
 pub mod scenario;
 mod store;
+mod wire_act;
 
 pub use bus::{Bus, BusSettings};
 pub use can::BitRate;
@@ -42,7 +43,7 @@ pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
 pub use link::{Listener, VirtualLink};
-pub use medium::{ErrorCounters, Sender, Traffic};
+pub use medium::{ErrorCounters, ErrorState, Sender, Traffic};
 pub use notice::{Happening, Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};
@@ -52,3 +53,7 @@ pub use recording::{
 };
 pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;
+pub use wire_act::{
+    BitPlace, ImpossibleAct, NoBitPlace, NoParticipant, NoWireAct, Participant, WhichFrames,
+    WireAct, WireFault,
+};

@@ -181,7 +181,11 @@ impl<'t> Section<'t> {
                 Some(word) => format!("did you mean '{word}'?"),
                 None => form,
             };
-            findings.push(&read.span, format!("'{}' is nothing that '{key}' can be", read.value), remedy);
+            findings.push(
+                &read.span,
+                format!("'{}' is nothing that '{key}' can be", read.value),
+                remedy,
+            );
             return None;
         };
         Some(Read {
