@@ -1,7 +1,7 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use cia402::{Actual, Axis, Configuration, Demand, ModeRefused, State, Target};
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
@@ -92,6 +92,9 @@ impl Application {
             self.configure(image);
         }
         let targets = [
+            // Before the torque, which is meant at this angle.
+            (class::TARGET_ANGLE, Target::Angle),
+            (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
             (class::TARGET_TORQUE, Target::Torque),
@@ -124,6 +127,10 @@ impl Application {
             self.axis.fault();
         }
         self.take_demand();
+        if let (Demand::PhaseVoltage { .. }, None) = (self.axis.demand(), self.new_command) {
+            // It is a part of the supply and moves with it.
+            self.new_command = Some(self.command(self.axis.demand()));
+        }
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
@@ -183,14 +190,19 @@ impl Application {
 
     fn take_demand(&mut self) {
         if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(command(
-                &demand,
-                self.axis.mode(),
-                &self.configuration,
-                self.max_motor_velocity,
-                &self.loops,
-            ));
+            self.new_command = Some(self.command(&demand));
         }
+    }
+
+    fn command(&self, demand: &Demand) -> Command<f32> {
+        command(
+            demand,
+            self.axis.mode(),
+            &self.configuration,
+            self.max_motor_velocity,
+            &self.loops,
+            self.feedback.bus_voltage_v,
+        )
     }
 
     pub(crate) fn personality(&self) -> &'static Personality {
@@ -230,6 +242,7 @@ impl Application {
             demand_fraction: feedback.next_fraction,
             demand_velocity: feedback.next_velocity,
             demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
+            electrical_angle: (feedback.electrical_angle >> 16) as i16,
             demand_left_ns: self
                 .loops
                 .timing
@@ -326,10 +339,25 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
+            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
+        {
+            return match self.axis.demand() {
+                Demand::PhaseVoltage { .. } => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            };
+        }
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            // P48: an angle only where one is used.
+            (0xEA, 0) => {
+                return match self.axis.demand() {
+                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
+                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
+                };
+            }
             _ => {}
         }
         match object.index {
@@ -342,7 +370,6 @@ impl Application {
                 }
                 Err(abort) => Verdict::Refuse(abort),
             },
-            // P48: an angle only in the modes that use one, which there are none of yet.
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
         }
     }
@@ -354,6 +381,7 @@ impl Application {
             &self.personality.axis,
             &self.axis,
             &self.feedback,
+            &self.signals,
             self.loops.pm_per_ampere,
         );
     }
