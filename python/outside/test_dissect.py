@@ -62,8 +62,8 @@ EXTENDED = [
     "extended.log",
     "services.log",
     "transfers.log",
-    "transfers-bad-False.log",
-    "transfers-bad-True.log",
+    "transfers-bad-segmented-65536.log",
+    "transfers-bad-block-1048576.log",
 ]
 
 

@@ -1,7 +1,10 @@
 """Long SDO transfers of python-canopen with the extended P3: both ways, both protocols, frames lost."""
 
+import gc
 import random
+import re
 import subprocess
+import time
 
 import canopen
 from canopen.sdo import exceptions
@@ -84,25 +87,55 @@ def test_too_much_is_refused_before_it_is_sent(sdo):
     assert refused.value.code == 0x06070012
 
 
-@pytest.mark.parametrize("block", [False, True])
-def test_on_a_bad_wire_data_are_right_or_an_error_is_seen(block):
-    """Whatever is lost or doubled: never wrong data, and the next transfer works."""
+def disturbed(length: int, block: bool) -> str:
+    """The share of frames to lose, and to double: one of either in a round of segments, four in one
+    of blocks, which send again what was lost; 0.3 % at most.
+
+    python-canopen repeats no segment, so at one rate for all lengths no long transfer would end.
+    """
+    frames = 2 * (length / 7 + 4) if block else 4 * (length / 7 + 2)
+    return f"{min(0.3, 100 * (2 if block else 0.5) / frames):.4f}%"
+
+
+def settle(sdo) -> None:
+    """Ends what a failed transfer has left: python-canopen's stream sends a last segment when it is
+    closed, which may be as late as in the next transfer.
+    """
+    gc.collect()
+    sdo.abort(0x08000000)
+    time.sleep(0.02)
+
+
+BAD_WIRE = [(False, length) for length in SEGMENTED] + [
+    (True, length) for length in BLOCKS
+]
+
+
+@pytest.mark.parametrize("block, length", BAD_WIRE)
+def test_on_a_bad_wire_data_are_right_or_an_error_is_seen(block, length):
+    """Whatever is lost or doubled: never wrong data, and a transfer after an error works."""
+    name = f"transfers-bad-{'block' if block else 'segmented'}-{length}.log"
+    share = disturbed(length, block)
     running = Simulation(
         "1",
-        directory() / f"transfers-bad-{block}.log",
+        directory() / name,
         "--lose",
-        "0.3%",
+        share,
         "--duplicate",
-        "0.3%",
+        share,
         drive="p3-extended",
     )
-    good = failed = 0
+    wanted = 20 if length < 2000 else 3 if length < 10_000 else 1
+    good, errors = 0, []
     for network in connected(running.socketcand()):
         sdo = network.add_node(1).sdo
         sdo.RESPONSE_TIMEOUT = 0.2
         sdo.MAX_RETRIES = 0
-        for round_ in range(30):
-            data = contents(200 + round_)
+        for round_ in range(100):
+            if good >= wanted and (errors or block or length < 2000):
+                break
+            # Every round other data: what an earlier round left is wrong data.
+            data = random.Random(length * 1000 + round_).randbytes(length)
             try:
                 if block:
                     write(sdo, data, block=True)
@@ -110,11 +143,18 @@ def test_on_a_bad_wire_data_are_right_or_an_error_is_seen(block):
                 else:
                     sdo.download(MEMORY, 0, data, force_segment=True)
                     got = sdo.upload(MEMORY, 0)
-            except exceptions.SdoError:
-                failed += 1
-                sdo.abort(0x08000000)
+            except (exceptions.SdoError, AttributeError) as error:
+                # python-canopen 2.4.1 wants to abort a block upload and finds no `abort` there.
+                assert isinstance(error, exceptions.SdoError) or "'abort'" in str(error)
+                errors.append(f"{round_}: {error}")
+                del error
+                settle(sdo)
                 continue
             assert got == data
             good += 1
     running.stop()
-    assert good >= 10, f"{good} good, {failed} failed"
+    told = running.stderr.read_text()
+    print(f"{length} bytes, {share}: {good} good, {len(errors)} errors {errors}; {told}")
+    assert good >= wanted, errors
+    if length > 2000:
+        assert re.search(r"disturbed on purpose: .*[1-9]", told), told

@@ -15,11 +15,13 @@
 )]
 
 mod bit_rate;
+mod bit_stream;
 mod frame;
 pub mod slcan;
 mod wire;
 
 pub use bit_rate::{BitRate, UnknownBitRate};
+pub use bit_stream::BitStream;
 pub use embedded_can::{ExtendedId, Id, StandardId};
 pub use frame::Frame;
 pub use wire::INTERFRAME_BITS;

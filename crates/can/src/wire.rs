@@ -62,7 +62,7 @@ impl Frame {
     }
 
     /// Start of frame to the end of the CRC before stuffing, right-aligned, and how many bits.
-    fn stuffed_part(&self) -> (u128, u16) {
+    pub(crate) fn stuffed_part(&self) -> (u128, u16) {
         let remote = u128::from(self.is_remote());
         let length = u128::from(self.len());
         let id = u128::from(self.raw_id());

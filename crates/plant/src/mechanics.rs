@@ -143,6 +143,14 @@ impl<R: Real> Mechanics<R> {
         self.turns = R::count(0);
     }
 
+    /// Puts the shaft, with the speed that it has, at a position: angle (2³² per turn) and whole
+    /// turns as [`Mechanics::turns`] counts them.
+    pub fn set_position(&mut self, angle: R::Count, turns: R::Count) {
+        self.angle = angle;
+        self.angle_rest = R::splat(0.0);
+        self.turns = turns;
+    }
+
     /// Speed during the coming period, rad/s.
     #[inline(always)]
     pub fn period_speed_rad_s(&self) -> R {

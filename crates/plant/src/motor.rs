@@ -30,6 +30,9 @@ pub struct Motor {
     pub static_friction_nm: f64,
     /// Friction torque per speed, Nm s/rad.
     pub viscous_friction_nms: f64,
+    /// Wires B and C are exchanged: the motor's phase B hangs on the bridge's C, and the other way
+    /// round. The magnet then turns against the bridge's order of phases.
+    pub wires_swapped: bool,
 }
 
 impl Motor {
@@ -37,6 +40,20 @@ impl Motor {
     /// current.
     pub const fn flux_of_block_torque_constant_wb(torque_constant: f64, pole_pairs: u8) -> f64 {
         torque_constant * core::f64::consts::PI / (3.0 * SQRT_3 * pole_pairs as f64)
+    }
+
+    /// Electrical turns per turn of the shaft in the bridge's order of phases: the pole pairs,
+    /// negative with [`Motor::wires_swapped`].
+    ///
+    /// In the bridge's frame exchanging two wires is nothing else than a magnet that turns the
+    /// other way; EMF and torque follow with the same sign.
+    pub const fn electrical_turns(&self) -> i16 {
+        let pole_pairs = self.pole_pairs as i16;
+        if self.wires_swapped {
+            -pole_pairs
+        } else {
+            pole_pairs
+        }
     }
 
     /// Torque per ampere of peak phase current in quadrature to the magnet, Nm/A.
@@ -81,6 +98,7 @@ pub const EC_MAX_22_283860: Motor = Motor {
     coulomb_friction_nm: 1.2e-3,
     static_friction_nm: 1.2e-3,
     viscous_friction_nms: (0.064 * 34.8e-3 - 1.2e-3) / (12_900.0 * core::f64::consts::TAU / 60.0),
+    wires_swapped: false,
 };
 
 #[cfg(test)]

@@ -11,6 +11,8 @@ pub struct Parameters {
     pub motor: Motor,
     /// What the motor drives.
     pub load: Load,
+    /// Position of the shaft at the start, turns; 0: the rotor is aligned with phase A.
+    pub start_turns: f64,
     /// PWM period, s.
     pub pwm_period_s: f64,
     /// PWM periods between the command of a duty and its effect.
@@ -43,6 +45,7 @@ pub const VIRTUAL_P3: Parameters = Parameters {
         coulomb_friction_nm: 0.0,
         viscous_friction_nms: 0.0,
     },
+    start_turns: 0.0,
     pwm_period_s: 10e-6,
     load_delay_periods: 1,
     supply_v: 48.0,
@@ -87,6 +90,8 @@ pub enum Invalid {
     Inertia(f64),
     /// A friction coefficient is negative.
     Friction(f64),
+    /// `start_turns` is beyond 2³⁰ turns.
+    Start(f64),
     /// `pwm_period_s` is not between 1 µs and 1 ms.
     PwmPeriod(f64),
     /// `encoder.counts_per_turn` is not between 1 and 2²⁰.
@@ -135,6 +140,9 @@ impl Parameters {
             if !not_negative(friction) {
                 return Err(Invalid::Friction(friction));
             }
+        }
+        if !(-1_073_741_824.0..=1_073_741_824.0).contains(&self.start_turns) {
+            return Err(Invalid::Start(self.start_turns));
         }
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));

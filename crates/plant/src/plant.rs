@@ -31,7 +31,7 @@ pub struct Plant<R: Real> {
     winding: Winding<R>,
     mechanics: Mechanics<R>,
     sensors: Sensors<R>,
-    pole_pairs: R::Count,
+    electrical_turns: R::Count,
     amplifier_temperature: R,
     current: Vector<R>,
     /// Unit vector along the magnet.
@@ -72,7 +72,7 @@ impl Truth<f32> {
 }
 
 impl<R: Real> Plant<R> {
-    /// A world at rest: rotor aligned with phase A, no current, all switches open. Parameters
+    /// A world at rest: shaft at its start, no current, all switches open. Parameters
     /// should pass [`Parameters::check`].
     pub fn new(parameters: &Parameters) -> Self {
         let (motor, period_s) = (&parameters.motor, parameters.pwm_period_s);
@@ -90,13 +90,17 @@ impl<R: Real> Plant<R> {
                 &parameters.scales,
                 parameters.current_zero_counts,
             ),
-            pole_pairs: R::count(motor.pole_pairs.into()),
+            electrical_turns: R::count(motor.electrical_turns().into()),
             amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
             current: Vector::zero(),
             rotor: Vector::zero(),
             rotor_age: 0,
             torque: R::splat(0.0),
         };
+        let (angle, turns) = angle_and_turns(parameters.start_turns);
+        plant
+            .mechanics
+            .set_position(R::count(angle), R::count(turns));
         plant.align_rotor();
         plant
     }
@@ -208,7 +212,7 @@ impl<R: Real> Plant<R> {
     /// Takes the rotor's direction from the shaft's angle.
     #[inline(always)]
     fn align_rotor(&mut self) {
-        let electrical_angle = R::count_mul(self.mechanics.angle(), self.pole_pairs);
+        let electrical_angle = R::count_mul(self.mechanics.angle(), self.electrical_turns);
         let (sine, cosine) = sin_cos::<R>(electrical_angle);
         self.rotor = Vector {
             alpha: cosine,
@@ -216,6 +220,16 @@ impl<R: Real> Plant<R> {
         };
         self.rotor_age = 0;
     }
+}
+
+/// A position in turns as the shaft counts it: within the turn, 2³² per turn and wrapping at half a
+/// turn, and whole turns; up to 2³⁰ turns to either side, at zero if undefined.
+fn angle_and_turns(turns: f64) -> (i32, i32) {
+    let held = turns.clamp(-1_073_741_824.0, 1_073_741_824.0);
+    // Both casts are toward zero; the offset of whole turns makes that down, to the nearest step.
+    let steps = (held * 4_294_967_296.0) as i64;
+    let whole = (steps + 0x8000_0000) >> 32;
+    (steps as i32, whole as i32)
 }
 
 impl Plant<f32> {

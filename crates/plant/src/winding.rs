@@ -37,18 +37,18 @@ impl<R: Real> Winding<R> {
     /// The winding of `motor` for PWM periods of `period_s`.
     pub fn new(motor: &Motor, period_s: f64) -> Self {
         let (resistance, inductance) = (motor.phase_resistance_ohm, motor.phase_inductance_h);
-        let pole_pairs = f64::from(motor.pole_pairs);
+        let electrical_turns = f64::from(motor.electrical_turns());
         let decayed = decayed_fraction(resistance * period_s / inductance);
         let real = |value: f64| R::splat(value as f32);
         Self {
             remaining: real(1.0 - decayed),
             decayed: real(decayed),
             gain: real(decayed / resistance),
-            reactance: real(pole_pairs * inductance / resistance),
-            electrical_period: real(pole_pairs * period_s),
+            reactance: real(electrical_turns * inductance / resistance),
+            electrical_period: real(electrical_turns * period_s),
             short_circuit_current: real(motor.flux_wb / inductance),
-            torque_constant: real(motor.torque_constant_nm_per_a()),
-            emf_constant: real(motor.emf_constant_vs()),
+            torque_constant: real(1.5 * electrical_turns * motor.flux_wb),
+            emf_constant: real(electrical_turns * motor.flux_wb),
         }
     }
 

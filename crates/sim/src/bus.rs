@@ -6,10 +6,11 @@ use canopen::{Instant, NodeId};
 use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
-use crate::medium::{Ended, InFlight, Media, Medium, Sender, Traffic};
+use crate::medium::{Counted, Ended, InFlight, Media, Medium, RECOVERY_BITS, Sender, Traffic};
 use crate::notice::{Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::wire_act::{ImpossibleAct, WireAct};
 
 /// What a bus is.
 #[derive(Debug)]
@@ -53,6 +54,8 @@ pub struct Bus {
     probe: Option<(u64, Instant)>,
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
+    /// Acts that are not over.
+    acts: Vec<WireAct>,
 }
 
 impl Bus {
@@ -78,6 +81,7 @@ impl Bus {
             probe: None,
             samples: Vec::new(),
             contenders: Vec::new(),
+            acts: Vec::new(),
         }
     }
 
@@ -118,6 +122,19 @@ impl Bus {
     /// How often it goes onto the wire: once, unless the bus is disturbed.
     pub fn send(&mut self, client: u32, frame: Frame) -> u8 {
         self.gateway.push(client, frame)
+    }
+
+    /// Something is done to the wire on purpose, from now on. Acts go on until their time is over or
+    /// their frames have been met; several may be pending. (They are checked and kept so far; that
+    /// the wire obeys them comes next.)
+    ///
+    /// # Errors
+    /// [`ImpossibleAct`]; nothing was done then.
+    pub fn act(&mut self, act: WireAct) -> Result<(), ImpossibleAct> {
+        let places: Vec<Place> = self.drives.iter().map(VirtualDrive::place).collect();
+        act.check_drives(&places)?;
+        self.acts.push(act);
+        Ok(())
     }
 
     /// What [`BusSettings::disturbance`] has done to frames on the way to the bus, and from it.
@@ -365,8 +382,14 @@ impl Bus {
             InFlight::Collision { senders } => {
                 for (drive, due) in hearers {
                     if !senders.contains(&Sender::Drive(drive.place())) {
-                        drive.errors.receive_error();
-                    } else if drive.errors.transmit_error(now, ended.bit_rate) {
+                        drive.errors.count(Counted::Receive);
+                        *due = drive.next_poll();
+                        continue;
+                    }
+                    drive.errors.count(Counted::Transmit);
+                    if drive.errors.is_bus_off() {
+                        let bits = RECOVERY_BITS * ended.bit_rate.bit_ns();
+                        drive.off_until = Some(now.plus_ns(bits));
                         drive.controller.clear();
                         self.notices.push(Notice {
                             at: now,

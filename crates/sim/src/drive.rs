@@ -97,6 +97,8 @@ pub struct VirtualDrive {
     plant: Plant<f32>,
     pub(crate) controller: Controller,
     pub(crate) errors: ErrorCounters,
+    /// When it takes part again after bus-off.
+    pub(crate) off_until: Option<Instant>,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
@@ -134,6 +136,7 @@ impl VirtualDrive {
             plant: Plant::new(&settings.plant),
             controller: Controller::new(bit_rate),
             errors: ErrorCounters::default(),
+            off_until: None,
             station: Station::new(personality, serial, place.node(), bit_rate),
             changed_rate: None,
             latency,
@@ -296,7 +299,7 @@ impl VirtualDrive {
         if let Some((_, at)) = self.storing {
             next = next.min(at);
         }
-        if let Some(at) = self.errors.off_until {
+        if let Some(at) = self.off_until {
             next = next.min(at);
         }
         next
@@ -309,8 +312,9 @@ impl VirtualDrive {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
         }
-        if self.errors.off_until.is_some_and(|at| now >= at) {
-            self.errors.recover();
+        if self.off_until.is_some_and(|at| now >= at) {
+            self.off_until = None;
+            self.errors = ErrorCounters::default();
             self.report(Health {
                 bus_off_recovered: true,
                 ..Health::default()

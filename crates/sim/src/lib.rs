@@ -29,6 +29,7 @@ mod probe;
 mod recording;
 mod replay;
 mod store;
+mod wire_act;
 
 pub use bus::{Bus, BusSettings};
 pub use can::BitRate;
@@ -40,7 +41,7 @@ pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
 pub use link::VirtualLink;
-pub use medium::{ErrorCounters, Sender, Traffic};
+pub use medium::{ErrorCounters, ErrorState, Sender, Traffic};
 pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};
@@ -48,3 +49,7 @@ pub use probe::ProbeSample;
 pub use recording::{Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame};
 pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;
+pub use wire_act::{
+    BitPlace, ImpossibleAct, NoBitPlace, NoParticipant, NoWireAct, Participant, WhichFrames,
+    WireAct, WireFault,
+};

@@ -13,6 +13,7 @@
 //! stored 1 53425031…
 //! (0.020000000) client1 000#8100
 //! block 1 on 0.350000000
+//! wire 0.400000000 flip 12 181/7FF from any skip 0 times 1 seen-by all
 //! end 10.000000000
 //! ```
 //!
@@ -37,6 +38,7 @@ use crate::medium::{Sender, Traffic};
 use crate::notice::Notice;
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::wire_act::WireAct;
 use crate::{BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
@@ -222,6 +224,14 @@ impl Recording {
     pub fn block(&mut self, at: Instant, place: Place, blocked: bool) -> io::Result<()> {
         let state = if blocked { "on" } else { "off" };
         writeln!(self.run, "block {place} {state} {}", seconds(at))
+    }
+
+    /// Something was done to the wire ([`crate::Bus::act`]).
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn act(&mut self, at: Instant, act: &WireAct) -> io::Result<()> {
+        writeln!(self.run, "wire {} {act}", seconds(at))
     }
 
     /// Ends the recording at the time that the run has reached. Returns the frames in the log.

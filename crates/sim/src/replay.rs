@@ -14,12 +14,14 @@ use crate::disturbance::{Disturbance, NoShare, Share};
 use crate::medium::Traffic;
 use crate::place::{NoPlace, Place};
 use crate::recording::{CHANNEL, FIRST_LINE, RunHeader, StoredBefore, run_path};
+use crate::wire_act::{NoWireAct, WireAct};
 
 /// Something that happens to a run from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cause {
     Frame { client: u32, frame: Frame },
     Block { place: Place, blocked: bool },
+    Wire(WireAct),
     End,
 }
 
@@ -116,6 +118,8 @@ pub fn replay_each(
                     drive.plant().set_blocked(blocked);
                 }
             }
+            // That its drives are there was looked at when it was read.
+            Cause::Wire(act) => drop(bus.act(act)),
             Cause::End => replayed.cut_off = false,
         }
     }
@@ -237,6 +241,17 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
             let at = words.time()?;
             push(run, at, Cause::Block { place, blocked })?;
         }
+        "wire" => {
+            let at = words.time()?;
+            let (begin, act) = words.rest();
+            let act: WireAct = act
+                .parse()
+                .map_err(|error: NoWireAct| (begin + error.at, error.to_string()))?;
+            let places: Vec<Place> = run.header.drives.iter().map(|(place, _)| *place).collect();
+            act.check_drives(&places)
+                .map_err(|error| (begin, error.to_string()))?;
+            push(run, at, Cause::Wire(act))?;
+        }
         "end" => {
             let at = words.time()?;
             push(run, at, Cause::End)?;
@@ -244,7 +259,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         _ => {
             let what = format!(
                 "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
-                 stored, block, end, or a frame '(seconds) client1 181#00'"
+                 stored, block, wire, end, or a frame '(seconds) client1 181#00'"
             );
             return Err((1, what));
         }
@@ -345,6 +360,15 @@ impl<'a> Words<'a> {
             let what = "a time in seconds with nine digits is expected, like 0.020000000";
             (column, what.to_owned())
         })
+    }
+
+    /// All that is left, and where it begins.
+    fn rest(&mut self) -> (usize, &str) {
+        let rest = &self.line[self.at..];
+        let text = rest.trim_start_matches(' ');
+        let begin = self.at + rest.len() - text.len();
+        self.at = self.line.len();
+        (begin + 1, text)
     }
 
     fn nothing_more(&mut self) -> Result<(), Wrong> {

@@ -1,6 +1,11 @@
 //! The medium: who sends next, and for how long. Who has another bit rate hears nothing of it, and
 //! has a medium of its own.
 
+mod counters;
+
+pub(crate) use counters::Counted;
+pub use counters::{ErrorCounters, ErrorState};
+
 use can::{BitRate, Frame};
 use canopen::Instant;
 
@@ -14,7 +19,7 @@ const ERROR_FRAME_BITS: u64 = 20;
 /// data. Only the length of the disturbance depends on it.
 const COLLISION_BITS: u64 = 20;
 /// Recessive bits that end bus-off: 128 sequences of 11.
-const RECOVERY_BITS: u64 = 128 * 11;
+pub(crate) const RECOVERY_BITS: u64 = 128 * 11;
 
 /// Who put a frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -36,51 +41,6 @@ pub struct Traffic {
     pub sender: Sender,
     /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`]).
     pub copies: u8,
-}
-
-/// A participant's error counters (ISO 11898-1, fault confinement).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ErrorCounters {
-    /// Transmit error counter.
-    pub transmit: u16,
-    /// Receive error counter.
-    pub receive: u16,
-    /// When the participant that is bus-off may take part again.
-    pub(crate) off_until: Option<Instant>,
-}
-
-impl ErrorCounters {
-    /// Whether it takes no part.
-    pub fn is_bus_off(&self) -> bool {
-        self.off_until.is_some()
-    }
-
-    pub(crate) fn transmitted(&mut self) {
-        self.transmit = self.transmit.saturating_sub(1);
-    }
-
-    pub(crate) fn received(&mut self) {
-        self.receive = self.receive.saturating_sub(1);
-    }
-
-    /// An error while sending. Whether that led to bus-off.
-    pub(crate) fn transmit_error(&mut self, now: Instant, bit_rate: BitRate) -> bool {
-        self.transmit += 8;
-        let off = self.transmit > 255;
-        if off {
-            self.off_until = Some(now.plus_ns(RECOVERY_BITS * bit_rate.bit_ns()));
-        }
-        off
-    }
-
-    pub(crate) fn receive_error(&mut self) {
-        self.receive = (self.receive + 1).min(255);
-    }
-
-    /// Takes part again after bus-off.
-    pub(crate) fn recover(&mut self) {
-        *self = ErrorCounters::default();
-    }
 }
 
 /// What is on the wire.
