@@ -120,6 +120,11 @@ impl<R: Real> Cascade<R> {
         self.matched_velocity = R::select(turned, -self.matched_velocity, self.matched_velocity);
     }
 
+    /// Whether both run with the same parameters.
+    pub fn is_tuned_as(&self, other: &Self) -> bool {
+        self.constants == other.constants
+    }
+
     /// Takes a segment; it starts with the next period. With the one that enables the bridge, a
     /// closed position loop starts at the actual position whatever the command says, and the
     /// integrators start without a bump; the next segment's position counts.

@@ -28,7 +28,7 @@ pub(crate) struct Application {
     feedback: Feedback<f32>,
     signals: Signals,
     /// What the control half has not taken yet.
-    new_command: Option<Command<f32>>,
+    new_command: bool,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
@@ -42,7 +42,7 @@ pub(crate) struct Application {
 }
 
 impl Application {
-    /// Reads everything from the image.
+    /// Reads everything from the image. Beside it what the control half starts with.
     ///
     /// # Errors
     /// The [`ParameterError`] of a dictionary whose very defaults make no drive.
@@ -51,19 +51,20 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-    ) -> Result<Application, ParameterError> {
+    ) -> Result<(Application, Parameters<f32>), ParameterError> {
+        let (loops, parameters) = read_parameters(image, personality, &hardware)?;
         let mut application = Application {
             personality,
             hardware,
             axis: Axis::new(&personality.cia402),
             configuration: read_configuration(image, &personality.axis),
             max_motor_velocity: None,
-            loops: read_parameters(image, personality, &hardware)?,
+            loops,
             parameter_error: None,
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
-            new_command: Some(Command::idle()),
+            new_command: true,
             new_limits: false,
             new_parameters: true,
             new_position: None,
@@ -74,7 +75,7 @@ impl Application {
         };
         application.configure(image);
         application.axis.initialised();
-        Ok(application)
+        Ok((application, parameters))
     }
 
     /// Takes what the control half has seen.
@@ -127,14 +128,21 @@ impl Application {
             self.axis.fault();
         }
         self.take_demand();
-        if let (Demand::PhaseVoltage { .. }, None) = (self.axis.demand(), self.new_command) {
-            // It is a part of the supply and moves with it.
-            self.new_command = Some(self.command(self.axis.demand()));
-        }
+        // It is a part of the supply and moves with it.
+        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
-        self.new_command.take()
+        core::mem::take(&mut self.new_command).then(|| {
+            command(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.configuration,
+                self.max_motor_velocity,
+                &self.loops,
+                self.feedback.bus_voltage_v,
+            )
+        })
     }
 
     /// Limits that changed while the demand goes on.
@@ -150,16 +158,17 @@ impl Application {
         })
     }
 
-    pub(crate) fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        core::mem::take(&mut self.new_parameters).then_some(self.loops.parameters)
+    /// They are read again instead of kept: three hundred bytes that nobody needs in between.
+    pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
+        if !core::mem::take(&mut self.new_parameters) {
+            return None;
+        }
+        let (_, parameters) = read_parameters(image, self.personality, &self.hardware).ok()?;
+        Some(parameters)
     }
 
     pub(crate) fn take_position(&mut self) -> Option<i32> {
         self.new_position.take()
-    }
-
-    pub(crate) fn parameters(&self) -> Parameters<f32> {
-        self.loops.parameters
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -179,30 +188,21 @@ impl Application {
 
     fn configure_loops(&mut self, image: &Image<'_>) {
         match read_parameters(image, self.personality, &self.hardware) {
-            Ok(loops) => {
+            Ok((loops, _)) => {
                 self.loops = loops;
                 self.new_parameters = true;
                 self.parameter_error = None;
             }
-            Err(error) => self.parameter_error = Some(error),
+            Err(error) => {
+                // Those that were not fetched yet are gone with the objects.
+                self.new_parameters = false;
+                self.parameter_error = Some(error);
+            }
         }
     }
 
     fn take_demand(&mut self) {
-        if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(self.command(&demand));
-        }
-    }
-
-    fn command(&self, demand: &Demand) -> Command<f32> {
-        command(
-            demand,
-            self.axis.mode(),
-            &self.configuration,
-            self.max_motor_velocity,
-            &self.loops,
-            self.feedback.bus_voltage_v,
-        )
+        self.new_command |= self.axis.take_demand().is_some();
     }
 
     pub(crate) fn personality(&self) -> &'static Personality {
