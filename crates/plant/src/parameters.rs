@@ -2,7 +2,10 @@
 
 use control::io::Scales;
 
-use crate::{Bridge, CurrentSensors, EC_MAX_22_283860, Encoder, Link, Load, LogicSupply, Motor};
+use crate::load::MAX_TURNS;
+use crate::{
+    Bridge, CurrentSensors, EC_MAX_22_283860, Encoder, Link, Load, LogicSupply, Motor, Switches,
+};
 
 /// The parameters of a [`crate::Plant`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +16,8 @@ pub struct Parameters {
     pub load: Load,
     /// Position of the shaft at the start, turns; 0: the rotor is aligned with phase A.
     pub start_turns: f64,
+    /// Switches along the load's way.
+    pub switches: Switches,
     /// PWM period, s.
     pub pwm_period_s: f64,
     /// PWM periods between the command of a duty and its effect.
@@ -50,12 +55,9 @@ pub struct Parameters {
 /// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
-    load: Load {
-        inertia_kgm2: 0.0,
-        coulomb_friction_nm: 0.0,
-        viscous_friction_nms: 0.0,
-    },
+    load: Load::NONE,
     start_turns: 0.0,
+    switches: Switches::NONE,
     pwm_period_s: 10e-6,
     load_delay_periods: 1,
     bridge: Bridge::IDEAL,
@@ -103,6 +105,12 @@ pub enum Invalid {
     Friction(f64),
     /// `start_turns` is beyond 2³⁰ turns.
     Start(f64),
+    /// `load.stops` are not apart, or `start_turns` is not between them. Carries the stops, turns.
+    Stops(f64, f64),
+    /// A switch ends before it begins, or its hysteresis or bounce is negative or beyond reason.
+    Switch(f64),
+    /// The stiffness of `load.stops` is not positive, or their damping negative.
+    Stop(f64),
     /// `pwm_period_s` is not between 1 µs and 1 ms.
     PwmPeriod(f64),
     /// `encoder.counts_per_turn` is not between 1 and 2²⁰.
@@ -166,9 +174,11 @@ impl Parameters {
                 return Err(Invalid::Friction(friction));
             }
         }
-        if !(-1_073_741_824.0..=1_073_741_824.0).contains(&self.start_turns) {
+        if !(-MAX_TURNS..=MAX_TURNS).contains(&self.start_turns) {
             return Err(Invalid::Start(self.start_turns));
         }
+        load.check(self.start_turns)?;
+        self.switches.check()?;
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }

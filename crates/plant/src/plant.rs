@@ -4,6 +4,8 @@ use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
 use crate::diodes::{self, Pulled};
+use crate::load::angle_and_turns;
+use crate::switches::{Board, SwitchName};
 use crate::wiring::Wiring;
 use crate::{
     EncoderFault, Inverter, Link, Mechanics, Parameters, Phase, Sensed, Sensors, Short, Supply,
@@ -52,6 +54,9 @@ pub struct Plant<R: Real> {
     /// Periods until `rotor` is taken from the angle again.
     rotor_age: u8,
     torque: R,
+    board: Board,
+    /// PWM periods since the beginning, wrapping.
+    periods: u32,
 }
 
 /// The rotor's direction is turned along from period to period and taken from the shaft's angle
@@ -75,6 +80,9 @@ pub struct Truth<R: Real> {
     pub torque_nm: R,
     /// Voltage at the bridge, V.
     pub bus_voltage_v: R,
+    /// Switches that the load (or somebody) pressed when [`Plant::signals`] was last asked: bit 0 the
+    /// negative limit switch, 1 the positive, 2 the home switch; whatever their polarity.
+    pub switches: u32,
     /// Current into the bridge, the mean of the last period, A; negative when the motor feeds it.
     /// 0 with [`Link::IDEAL`], which does not look.
     pub bridge_current_a: R,
@@ -96,6 +104,7 @@ impl<R: Real> Plant<R> {
     /// should pass [`Parameters::check`].
     pub fn new(parameters: &Parameters) -> Self {
         let (motor, period_s) = (&parameters.motor, parameters.pwm_period_s);
+        let (angle, turns) = angle_and_turns(parameters.start_turns);
         let mut plant = Self {
             parameters: *parameters,
             supply: Supply::new(
@@ -120,8 +129,9 @@ impl<R: Real> Plant<R> {
             rotor: Vector::zero(),
             rotor_age: 0,
             torque: R::splat(0.0),
+            board: Board::new(&parameters.switches, way(angle, turns), period_s),
+            periods: 0,
         };
-        let (angle, turns) = angle_and_turns(parameters.start_turns);
         plant
             .mechanics
             .set_position(R::count(angle), R::count(turns));
@@ -180,6 +190,7 @@ impl<R: Real> Plant<R> {
         }
         self.torque = self.winding.torque_nm(self.current, self.rotor);
         self.mechanics.accelerate(self.torque);
+        self.periods = self.periods.wrapping_add(1);
     }
 
     /// The current after a period in which bridge, supply or wires are not ideal, and what that does
@@ -269,6 +280,7 @@ impl<R: Real> Plant<R> {
             phase_emf_v: self.winding.emf_v(self.rotor, speed).phases(),
             torque_nm: self.torque,
             bus_voltage_v: self.supply.voltage_v(),
+            switches: self.board.pressed(),
             bridge_current_a: self.bridge_current,
             supply_current_a: self.supply.supply_current_a(),
             brake_current_a: self.supply.brake_current_a(),
@@ -361,6 +373,29 @@ impl<R: Real> Plant<R> {
         self.amplifier_temperature = temperature_c;
     }
 
+    /// Sets the levels of the inputs to which no switch is connected, in the order of
+    /// [`Signals::inputs`].
+    pub fn set_inputs(&mut self, levels: u32) {
+        self.board.set_inputs(levels);
+    }
+
+    /// Presses a switch (`true`), holds it released (`false`), or leaves it to the load again
+    /// (`None`). One that is not connected stays so.
+    pub fn hold_switch(&mut self, name: SwitchName, held: Option<bool>) {
+        self.board.hold(name, held);
+    }
+
+    /// Sets the voltages at the analog inputs 1 and 2, V, of which they show 0 to 3.3; an undefined
+    /// one reads 0.
+    pub fn set_auxiliary_v(&mut self, volts: [f32; 2]) {
+        self.board.set_auxiliary_v(volts);
+    }
+
+    /// Asks for safe torque off, or no longer.
+    pub fn set_torque_off(&mut self, asked: bool) {
+        self.board.set_torque_off(asked);
+    }
+
     /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
     /// The period is held between 1 µs and 1 ms.
     pub fn set_pwm_period_s(&mut self, period_s: f64) {
@@ -412,21 +447,21 @@ fn overcurrent_square<R: Real>(parameters: &Parameters) -> R {
     overcurrent * overcurrent
 }
 
-/// A position in turns as the shaft counts it: within the turn, 2³² per turn and wrapping at half a
-/// turn, and whole turns; up to 2³⁰ turns to either side, at zero if undefined.
-fn angle_and_turns(turns: f64) -> (i32, i32) {
-    let held = turns.clamp(-1_073_741_824.0, 1_073_741_824.0);
-    // Both casts are toward zero; the offset of whole turns makes that down, to the nearest step.
-    let steps = (held * 4_294_967_296.0) as i64;
-    let whole = (steps + 0x8000_0000) >> 32;
-    (steps as i32, whole as i32)
+/// A position, 2³² per turn.
+fn way(angle: i32, turns: i32) -> i64 {
+    (i64::from(turns) << 32) + i64::from(angle)
 }
 
 impl Plant<f32> {
-    /// What the board says beside the sample.
-    pub fn signals(&self) -> Signals {
+    /// What the board says beside the sample. To be asked at every control boundary: switches with
+    /// hysteresis, and those that bounce, remember what they were.
+    pub fn signals(&mut self) -> Signals {
+        let way = way(self.mechanics.angle(), self.mechanics.turns());
         Signals {
             magnet: self.sensors.magnet(),
+            inputs: self.board.inputs(way, self.periods),
+            auxiliary_adc: self.board.auxiliary_adc(),
+            torque_off: self.board.torque_off(),
             ..Signals::QUIET
         }
     }
