@@ -1,6 +1,6 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
+use canopen::{Abort, Address, Changed, Image, Instant, NodeId, Verdict, store};
 use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Target};
 use control::capture::Seen;
 use control::io::Signals;
@@ -35,6 +35,8 @@ pub(crate) struct Application {
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
+    /// To be taken once its write is acknowledged.
+    pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
     new_captures: bool,
     captures: CaptureOrder,
@@ -77,6 +79,7 @@ impl Application {
             new_limits: false,
             new_parameters: true,
             new_position: None,
+            new_node_id: None,
             new_shift: None,
             new_captures: true,
             captures: CaptureOrder::default(),
@@ -432,6 +435,15 @@ impl Application {
             self.axis
                 .preset_position(position.wrapping_sub(self.feedback.position));
             return Verdict::Done;
+        }
+        if self
+            .personality
+            .node_id
+            .is_some_and(|(address, _)| address == object)
+        {
+            // Its row has judged the range.
+            self.new_node_id = NodeId::new(raw as u8);
+            return Verdict::Accept;
         }
         let objects = &self.personality.axis;
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)

@@ -35,7 +35,7 @@ mod publish;
 mod serving;
 
 pub use captures::CaptureOrder;
-pub use comms::{Comms, Request};
+pub use comms::{Comms, Request, stored_node_id};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};
