@@ -187,6 +187,22 @@ impl Axis {
         }
     }
 
+    /// The power stage cannot give torque any more (safe torque off): the motor is free at once, and
+    /// switching on is disabled.
+    pub fn torque_off(&mut self) {
+        match self.state {
+            State::ReadyToSwitchOn
+            | State::SwitchedOn
+            | State::OperationEnabled
+            | State::QuickStopActive => {
+                self.leave();
+                self.state = State::SwitchOnDisabled;
+            }
+            State::FaultReactionActive => self.leave(),
+            _ => {}
+        }
+    }
+
     /// While homing runs, positions have no meaning; where it succeeds, they get one.
     fn name_home(&mut self) {
         let Motion::Homing(homing) = &mut self.motion else {

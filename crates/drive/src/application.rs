@@ -1,7 +1,10 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Target};
+use cia402::{
+    Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
+    Targets,
+};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
@@ -11,7 +14,9 @@ use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
 use crate::configuration::{limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
+use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::probes::{self, Probes};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
@@ -38,6 +43,10 @@ pub(crate) struct Application {
     new_shift: Option<i32>,
     new_captures: bool,
     captures: CaptureOrder,
+    probes: Probes,
+    word: Word,
+    /// Safe torque off has taken the torque away since the last tick.
+    torque_lost: bool,
     /// As last handed over, per mille.
     torque_limit_pm: f32,
     /// What of the parameters is to be saved, or with `restores` put back to its defaults.
@@ -80,6 +89,9 @@ impl Application {
             new_shift: None,
             new_captures: true,
             captures: CaptureOrder::default(),
+            probes: Probes::default(),
+            word: Word::default(),
+            torque_lost: false,
             torque_limit_pm: 0.0,
             storage_request: None,
             restores: false,
@@ -98,6 +110,12 @@ impl Application {
         self.seen = *seen;
         if self.personality.inputs.is_none() {
             self.seen.active = 0;
+            self.signals.torque_off = false;
+        }
+        if self.signals.torque_off {
+            self.torque_lost |= self.axis.is_powered();
+            self.axis.torque_off();
+            self.new_command |= self.axis.take_demand().is_some();
         }
     }
 
@@ -116,18 +134,59 @@ impl Application {
         ];
         for (class, target) in targets {
             if changed.has(class) {
-                let targets = read_targets(image, &self.personality.axis);
+                let targets = self.targets(image);
                 let actual = self.actual();
                 self.axis
                     .set_point(target, &self.configuration, &targets, &actual);
             }
         }
+        if changed.has(class::TOUCH_PROBE)
+            && let Some(inputs) = &self.personality.inputs
+        {
+            let function = image.raw(inputs.probes.function) as u16;
+            self.probes.write(function, &mut self.captures.triggers);
+            self.new_captures = true;
+        }
         self.take_demand();
+    }
+
+    /// What the master wants, or an analog input in its stead.
+    fn targets(&self, image: &Image<'_>) -> Targets {
+        let targets = read_targets(image, &self.personality.axis);
+        match &self.personality.inputs {
+            Some(inputs) => analog_target(
+                image,
+                &inputs.analog,
+                &self.signals,
+                self.axis.mode(),
+                targets,
+            ),
+            None => targets,
+        }
+    }
+
+    /// What inputs ask for.
+    fn asked(&self, image: &Image<'_>) -> Asked {
+        self.personality
+            .inputs
+            .as_ref()
+            .map_or(Asked::default(), |inputs| {
+                Asked::by(image, inputs, self.seen.active, self.signals.torque_off)
+            })
+    }
+
+    /// Inputs act as bits of the controlword do.
+    fn obey_inputs(&mut self, image: &Image<'_>) {
+        let asked = self.asked(image);
+        if !self.is_stopped && self.word.ask(asked) {
+            self.pass_controlword(image);
+        }
     }
 
     /// Once per millisecond.
     pub(crate) fn tick(&mut self, image: &Image<'_>, now: Instant) {
-        let targets = read_targets(image, &self.personality.axis);
+        self.obey_inputs(image);
+        let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
         let seen = Observation {
@@ -138,6 +197,7 @@ impl Application {
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
             active_inputs: self.seen.active,
+            torque_lost: core::mem::take(&mut self.torque_lost),
             // "Ignored in Idle/Homing modes" (l.998).
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
             connection_matters: self.is_powered()
@@ -335,11 +395,19 @@ impl Application {
         if self.is_stopped {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
+        let asked = self.asked(image);
+        self.word.write(word, asked);
+        self.pass_controlword(image);
+        Verdict::Accept
+    }
+
+    fn pass_controlword(&mut self, image: &Image<'_>) {
+        let word = self.word.value();
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
             self.configuration = self.read_configuration(image);
         }
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let outcome = self
             .axis
@@ -348,11 +416,10 @@ impl Application {
             self.faults.reset();
         }
         self.take_demand();
-        Verdict::Accept
     }
 
     fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let result = self
             .axis
@@ -427,6 +494,10 @@ impl Application {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0xB8, 0) if !probes::is_supported(raw as u16) => {
+                return Verdict::Refuse(Abort::INVALID_VALUE);
+            }
+            (0xB8, 0) => return Verdict::Accept,
             (0x98, 0) => return self.write_homing_method(raw as i8),
             _ => {}
         }
@@ -463,6 +534,21 @@ impl Application {
         }
         if let Some(inputs) = &self.personality.inputs {
             image.set(inputs.active, self.seen.active);
+            let torque_off = self.signals.torque_off;
+            image.set(inputs.torque_off, u8::from(torque_off));
+            if torque_off {
+                let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
+                image.set(self.personality.axis.statusword, status);
+            }
+            for (object, reading) in inputs
+                .analog
+                .readings
+                .iter()
+                .zip(self.signals.auxiliary_adc)
+            {
+                image.set(*object, reading as u16);
+            }
+            self.probes.publish(image, &inputs.probes, &self.seen);
         }
     }
 }

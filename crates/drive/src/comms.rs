@@ -36,6 +36,10 @@ pub enum Request {
     Reset(Reset),
 }
 
+/// A communication half, the parameters with which the control half begins, and what was wrong with
+/// those stored.
+pub type Made<M> = (Comms<M>, Parameters<f32>, Option<store::Damage>);
+
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
@@ -73,7 +77,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Parameters<f32>, Option<store::Damage>), ParameterError> {
+    ) -> Result<Made<M>, ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -207,6 +211,23 @@ impl<M: NodeMemory> Comms<M> {
     /// What the control half shall capture.
     pub fn take_captures(&mut self) -> Option<CaptureOrder> {
         self.application.take_captures()
+    }
+
+    /// The outputs that are to be active, in the order of 0x60FE.
+    pub fn outputs(&mut self) -> u32 {
+        let image = self.node.image();
+        self.personality.inputs.map_or(0, |inputs| {
+            let (outputs, mask) = inputs.outputs;
+            image.raw(outputs) & image.raw(mask)
+        })
+    }
+
+    /// Whether the drive's terminating resistor is to be on the bus.
+    pub fn is_terminated(&mut self) -> bool {
+        let image = self.node.image();
+        self.personality
+            .termination
+            .is_some_and(|object| image.raw(object.field()) != 0)
     }
 
     /// What the drive asks of its host.

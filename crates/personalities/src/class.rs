@@ -10,3 +10,5 @@ pub const TARGET_TORQUE: u8 = 3;
 pub const CONFIGURATION: u8 = 4;
 /// A parameter of the motor, the amplifier or a controller was written.
 pub const CONTROL: u8 = 5;
+/// The touch probe function was written.
+pub const TOUCH_PROBE: u8 = 12;

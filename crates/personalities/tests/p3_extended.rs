@@ -49,7 +49,9 @@ fn what_it_adds() {
             added.push((address.index, address.sub, row.data_type, writable));
         }
     }
-    let mut expected: Vec<_> = (1..=12).map(|sub| (0x2410, sub, U8, true)).collect();
+    // The P4's name for the terminating resistor.
+    let mut expected: Vec<_> = vec![(0x21B2, 0, U8, true)];
+    expected.extend((1..=12).map(|sub| (0x2410, sub, U8, true)));
     // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
         (0x2420, 0, Domain, true),
@@ -61,6 +63,18 @@ fn what_it_adds() {
         (0x2430, 5, U32, true),
         (0x2430, 6, U8, false),
         (0x2431, 1, U32, true),
+        (0x2431, 2, U8, true),
+        (0x2431, 3, U8, true),
+        (0x2431, 4, U8, true),
+        (0x2431, 5, U8, true),
+        (0x2432, 1, U8, true),
+        (0x2432, 2, U16, true),
+        (0x2432, 3, I32, true),
+        (0x2432, 4, U16, true),
+        (0x2432, 5, U16, false),
+        (0x2432, 6, U16, false),
+        (0x2433, 1, U8, true),
+        (0x2433, 2, U8, false),
         (0x6007, 0, I16, true),
         (0x605B, 0, I16, true),
         (0x605C, 0, I16, true),
@@ -76,14 +90,22 @@ fn what_it_adds() {
         (0x6099, 2, U32, true),
         (0x609A, 0, U32, true),
     ]);
+    // Touch probes.
+    expected.extend([(0x60B8, 0, U16, true), (0x60B9, 0, U16, false)]);
+    expected.extend((0x60BA..=0x60BD).map(|index| (index, 0, I32, false)));
+    expected.extend((0x60D5..=0x60D8).map(|index| (index, 0, U16, false)));
     let methods = cia402::HomingMethod::ALL.len() as u8;
     expected.extend((1..=methods).map(|sub| (0x60E3, sub, I8, false)));
     expected.push((0x60FD, 0, U32, false));
+    expected.extend([(0x60FE, 1, U32, true), (0x60FE, 2, U32, true)]);
     assert_eq!(added, expected);
     for (index, sub, _, writable) in added {
         let row = row_of(&extended, index, sub).expect("the row");
         if row.data_type == Domain {
             assert_eq!(row.group, canopen::Group::None, "a stream is not stored");
+        } else if [(0x60B8, 0), (0x60FE, 1)].contains(&(index, sub)) {
+            assert!(row.maps_rpdo, "what a master asks for is not stored");
+            assert_eq!(row.group, canopen::Group::None);
         } else if writable {
             assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
         } else if index == 0x60E3 {
@@ -145,7 +167,13 @@ fn each_error_of_the_manual_has_an_object_and_is_otherwise_the_same() {
 
 #[test]
 fn errors_of_communication_are_warnings_in_bit_4() {
-    let more: Vec<_> = P3_EXTENDED.faults[P3.faults.len()..]
+    let (torque_off, communication) = P3_EXTENDED.faults[P3.faults.len()..]
+        .split_last()
+        .expect("rows");
+    assert_eq!(torque_off.cause, Cause::TorqueOff);
+    let object = p3_extended::OBJECTS.field(0x2433, 1);
+    assert!(object.is_some() && field(torque_off.switch) == object);
+    let more: Vec<_> = communication
         .iter()
         .map(|row| {
             assert_eq!(row.kind, Kind::Warning);
