@@ -47,8 +47,18 @@ pub struct Configuration {
     pub interpolation_period_ns: u32,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
     pub quick_stop_option: i16,
+    /// Shutdown option code (0x605B): 1 slows down on the slow-down ramp first; others free the
+    /// motor at once.
+    pub shutdown_option: i16,
+    /// Disable operation option code (0x605C): 0 frees the motor at once; others slow down first.
+    pub disable_option: i16,
     /// Halt option code (0x605D), 1 to 4; others count as 1.
     pub halt_option: i16,
+    /// Fault reaction option code (0x605E), 0 to 4; others count as 2.
+    pub fault_reaction_option: i16,
+    /// Abort connection option code (0x6007): 1 fault, 2 disable voltage, 3 quick stop; others:
+    /// nothing happens.
+    pub abort_connection_option: i16,
     /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
     pub following_warning: Option<Window>,
     /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
@@ -69,8 +79,8 @@ pub struct Configuration {
 }
 
 impl Default for Configuration {
-    /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; quick stop on
-    /// its ramp, halt on the slow-down ramp.
+    /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; the standard's
+    /// option codes, but that a lost connection changes nothing.
     fn default() -> Configuration {
         Configuration {
             profile_velocity: 0.0,
@@ -85,7 +95,11 @@ impl Default for Configuration {
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
             quick_stop_option: 2,
+            shutdown_option: 0,
+            disable_option: 1,
             halt_option: 1,
+            fault_reaction_option: 2,
+            abort_connection_option: 0,
             following_warning: None,
             following_fault: None,
             velocity_warning: None,

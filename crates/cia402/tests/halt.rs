@@ -404,6 +404,7 @@ fn stronger_commands_end_a_halt() {
             (0x07, State::SwitchedOn),
         ] {
             let mut rig = moving(mode);
+            rig.configuration.disable_option = 0;
             rig.word(HALT);
             rig.run_ms(5);
             rig.trace.clear();

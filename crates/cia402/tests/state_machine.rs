@@ -168,6 +168,7 @@ fn every_state_and_every_controlword() {
                 quick_stop_option: option,
                 deceleration: 1000.0,
                 quick_stop_deceleration: 1000.0,
+                disable_option: 0,
                 ..Configuration::default()
             };
             for state in State::ALL {

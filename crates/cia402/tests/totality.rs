@@ -53,7 +53,16 @@ fn anything_may_be_written_at_any_time() {
                 11 if random.below(2) == 0 => {
                     configuration.halt_option = random.below(7) as i16 - 1;
                 }
-                11 => configuration.quick_stop_option = random.below(12) as i16 - 2,
+                11 => {
+                    let code = random.below(12) as i16 - 2;
+                    match random.below(5) {
+                        0 => configuration.shutdown_option = code,
+                        1 => configuration.disable_option = code,
+                        2 => configuration.fault_reaction_option = code,
+                        3 => configuration.abort_connection_option = code,
+                        _ => configuration.quick_stop_option = code,
+                    }
+                }
                 12 => configuration.position_window = window,
                 13 => configuration.following_fault = window,
                 14 => configuration.velocity_window = window,
@@ -72,6 +81,9 @@ fn anything_may_be_written_at_any_time() {
                 27 => actual.torque_pm = number,
                 28 => axis.initialised(),
                 29 if random.below(20) == 0 => axis.fault(),
+                29 if random.below(20) == 0 => {
+                    axis.fault_reaction(&configuration, &targets, &actual)
+                }
                 30 => {
                     let mode = random.below(14) as i8 - 2;
                     let _ = axis.write_mode(mode, &configuration, &targets, &actual);
@@ -90,6 +102,9 @@ fn anything_may_be_written_at_any_time() {
                 34 => axis.set_point(Target::Position, &configuration, &targets, &actual),
                 35 => axis.set_point(Target::Velocity, &configuration, &targets, &actual),
                 36 => axis.set_point(Target::Torque, &configuration, &targets, &actual),
+                37 if random.below(20) == 0 => {
+                    axis.connection_lost(&configuration, &targets, &actual);
+                }
                 _ => axis.tick(&configuration, &targets, &actual),
             }
             enabled += u32::from(axis.state() == State::OperationEnabled);
@@ -102,11 +117,14 @@ fn anything_may_be_written_at_any_time() {
                         && point.torque_pm.is_finite()
                 });
                 assert!(sound, "step {step}: {demand:?}");
-                let driven = matches!(
-                    axis.state(),
-                    State::OperationEnabled | State::QuickStopActive
-                );
-                assert_eq!(driven, demand != Demand::Off, "step {step}: {demand:?}");
+                let driven = demand != Demand::Off;
+                let right = match axis.state() {
+                    State::OperationEnabled | State::QuickStopActive => driven,
+                    State::FaultReactionActive => true,
+                    _ => !driven,
+                };
+                assert!(right, "step {step}: {demand:?} in {}", axis.state());
+                assert_eq!(driven, axis.is_powered());
             }
             let status = axis.statusword();
             assert_eq!(status.state(), Some(axis.state()));

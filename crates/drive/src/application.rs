@@ -1,7 +1,7 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use cia402::{Actual, Axis, Configuration, ModeRefused, Target};
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
@@ -119,9 +119,19 @@ impl Application {
             signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
+            connection_matters: self.is_powered()
+                && self.configuration.abort_connection_option == 1,
         };
-        if self.faults.judge(image, &seen) {
+        let judgement = self.faults.judge(image, &seen);
+        if judgement.frees {
             self.axis.fault();
+        } else if judgement.is_fault {
+            self.axis
+                .fault_reaction(&self.configuration, &targets, &actual);
+        } else if judgement.connection_lost {
+            // A fault it is not: that was judged with the others.
+            self.axis
+                .connection_lost(&self.configuration, &targets, &actual);
         }
         self.take_demand();
     }
@@ -209,10 +219,7 @@ impl Application {
 
     /// Whether the power stage is on.
     pub(crate) fn is_powered(&self) -> bool {
-        matches!(
-            self.axis.state(),
-            State::OperationEnabled | State::QuickStopActive
-        )
+        self.axis.is_powered()
     }
 
     fn actual(&self) -> Actual {

@@ -90,12 +90,12 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         max_torque_pm: value(image, objects.max_torque),
         torque_slope_pm_per_s: limit(image, objects.torque_slope),
         interpolation_period_ns: interpolation_period_ns(image, objects.interpolation_period),
-        quick_stop_option: objects
-            .quick_stop_option
-            .map_or(2, |field| image.number(field) as i16),
-        halt_option: objects
-            .halt_option
-            .map_or(1, |field| image.number(field) as i16),
+        quick_stop_option: code(image, objects.quick_stop_option, 2),
+        shutdown_option: code(image, objects.shutdown_option, 0),
+        disable_option: code(image, objects.disable_option, 0),
+        halt_option: code(image, objects.halt_option, 1),
+        fault_reaction_option: code(image, objects.fault_reaction_option, 0),
+        abort_connection_option: code(image, objects.abort_connection_option, 0),
         following_warning: window(image, objects.following_warning),
         following_fault: window(image, objects.following_fault),
         velocity_warning: window(image, objects.velocity_warning),
@@ -105,6 +105,11 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
     }
+}
+
+/// An option code, or what a drive without the object does.
+fn code(image: &Image<'_>, object: Option<Field>, otherwise: i16) -> i16 {
+    object.map_or(otherwise, |field| image.number(field) as i16)
 }
 
 /// 0x60C2: value × 10^exponent seconds, in ns; 0 if the drive has no such object.

@@ -132,8 +132,16 @@ pub struct ConfigurationObjects {
     pub interpolation_period: Option<(Field, Field)>,
     /// 0x605A.
     pub quick_stop_option: Option<Field>,
+    /// 0x605B.
+    pub shutdown_option: Option<Field>,
+    /// 0x605C.
+    pub disable_option: Option<Field>,
     /// 0x605D.
     pub halt_option: Option<Field>,
+    /// 0x605E.
+    pub fault_reaction_option: Option<Field>,
+    /// 0x6007.
+    pub abort_connection_option: Option<Field>,
     /// Following error that warns, counts.
     pub following_warning: Option<WindowObjects>,
     /// Following error that is a fault, counts.

@@ -52,7 +52,11 @@ fn what_it_adds() {
     // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
         (0x2420, 0, Domain, true),
+        (0x6007, 0, I16, true),
+        (0x605B, 0, I16, true),
+        (0x605C, 0, I16, true),
         (0x605D, 0, I16, true),
+        (0x605E, 0, I16, true),
         (0x6067, 0, U32, true),
         (0x6068, 0, U16, true),
         (0x606B, 0, I32, false),

@@ -132,7 +132,7 @@ impl Rig {
         self.fetch();
     }
 
-    fn fetch(&mut self) {
+    pub(crate) fn fetch(&mut self) {
         if let Some(demand) = self.axis.take_demand() {
             self.unwrapped = self.sample().position;
             if let Demand::Position {

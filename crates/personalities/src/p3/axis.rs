@@ -133,7 +133,11 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             torque_slope: None,
             interpolation_period: Some((objects.need(0x60C2, 1), objects.need(0x60C2, 2))),
             quick_stop_option: Some(objects.need(0x605A, 0)),
+            shutdown_option: None,
+            disable_option: None,
             halt_option: None,
+            fault_reaction_option: None,
+            abort_connection_option: None,
             following_warning: window(objects, 0x6065, 0x6066), // P19
             following_fault: window(objects, 0x2120, 0x2121),
             velocity_warning: window(objects, 0x606D, 0x606E), // P29
