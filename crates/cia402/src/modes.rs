@@ -3,18 +3,22 @@
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
+mod phase_voltage;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
+mod torque_with_angle;
 
 use crate::path::Present;
 use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
 use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
+use phase_voltage::PhaseVoltage;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+use torque_with_angle::TorqueWithAngle;
 
 /// What a generator may look at.
 #[derive(Clone, Copy, Debug)]
@@ -112,6 +116,8 @@ pub(crate) enum Motion {
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
+    TorqueWithAngle(TorqueWithAngle),
+    PhaseVoltage(PhaseVoltage),
 }
 
 impl Motion {
@@ -126,6 +132,8 @@ impl Motion {
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
+            Mode::CYCLIC_TORQUE_WITH_ANGLE => Motion::TorqueWithAngle(TorqueWithAngle::new(inputs)),
+            Mode::PHASE_VOLTAGE_WITH_ANGLE => Motion::PhaseVoltage(PhaseVoltage::new(inputs)),
             _ => Motion::IDLE,
         }
     }
@@ -139,6 +147,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 
@@ -151,6 +161,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 }

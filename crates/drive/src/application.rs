@@ -1,7 +1,7 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, Target};
+use cia402::{Actual, Axis, Configuration, Demand, ModeRefused, Target};
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
@@ -28,7 +28,7 @@ pub(crate) struct Application {
     feedback: Feedback<f32>,
     signals: Signals,
     /// What the control half has not taken yet.
-    new_command: Option<Command<f32>>,
+    new_command: bool,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
@@ -42,7 +42,7 @@ pub(crate) struct Application {
 }
 
 impl Application {
-    /// Reads everything from the image.
+    /// Reads everything from the image. Beside it what the control half starts with.
     ///
     /// # Errors
     /// The [`ParameterError`] of a dictionary whose very defaults make no drive.
@@ -51,19 +51,20 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-    ) -> Result<Application, ParameterError> {
+    ) -> Result<(Application, Parameters<f32>), ParameterError> {
+        let (loops, parameters) = read_parameters(image, personality, &hardware)?;
         let mut application = Application {
             personality,
             hardware,
             axis: Axis::new(&personality.cia402),
             configuration: read_configuration(image, &personality.axis),
             max_motor_velocity: None,
-            loops: read_parameters(image, personality, &hardware)?,
+            loops,
             parameter_error: None,
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
-            new_command: Some(Command::idle()),
+            new_command: true,
             new_limits: false,
             new_parameters: true,
             new_position: None,
@@ -74,7 +75,7 @@ impl Application {
         };
         application.configure(image);
         application.axis.initialised();
-        Ok(application)
+        Ok((application, parameters))
     }
 
     /// Takes what the control half has seen.
@@ -92,6 +93,9 @@ impl Application {
             self.configure(image);
         }
         let targets = [
+            // Before the torque, which is meant at this angle.
+            (class::TARGET_ANGLE, Target::Angle),
+            (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
             (class::TARGET_TORQUE, Target::Torque),
@@ -134,10 +138,21 @@ impl Application {
                 .connection_lost(&self.configuration, &targets, &actual);
         }
         self.take_demand();
+        // It is a part of the supply and moves with it.
+        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
-        self.new_command.take()
+        core::mem::take(&mut self.new_command).then(|| {
+            command(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.configuration,
+                self.max_motor_velocity,
+                &self.loops,
+                self.feedback.bus_voltage_v,
+            )
+        })
     }
 
     /// Limits that changed while the demand goes on.
@@ -153,16 +168,17 @@ impl Application {
         })
     }
 
-    pub(crate) fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        core::mem::take(&mut self.new_parameters).then_some(self.loops.parameters)
+    /// They are read again instead of kept: three hundred bytes that nobody needs in between.
+    pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
+        if !core::mem::take(&mut self.new_parameters) {
+            return None;
+        }
+        let (_, parameters) = read_parameters(image, self.personality, &self.hardware).ok()?;
+        Some(parameters)
     }
 
     pub(crate) fn take_position(&mut self) -> Option<i32> {
         self.new_position.take()
-    }
-
-    pub(crate) fn parameters(&self) -> Parameters<f32> {
-        self.loops.parameters
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -182,25 +198,21 @@ impl Application {
 
     fn configure_loops(&mut self, image: &Image<'_>) {
         match read_parameters(image, self.personality, &self.hardware) {
-            Ok(loops) => {
+            Ok((loops, _)) => {
                 self.loops = loops;
                 self.new_parameters = true;
                 self.parameter_error = None;
             }
-            Err(error) => self.parameter_error = Some(error),
+            Err(error) => {
+                // Those that were not fetched yet are gone with the objects.
+                self.new_parameters = false;
+                self.parameter_error = Some(error);
+            }
         }
     }
 
     fn take_demand(&mut self) {
-        if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(command(
-                &demand,
-                self.axis.mode(),
-                &self.configuration,
-                self.max_motor_velocity,
-                &self.loops,
-            ));
-        }
+        self.new_command |= self.axis.take_demand().is_some();
     }
 
     pub(crate) fn personality(&self) -> &'static Personality {
@@ -237,6 +249,7 @@ impl Application {
             demand_fraction: feedback.next_fraction,
             demand_velocity: feedback.next_velocity,
             demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
+            electrical_angle: (feedback.electrical_angle >> 16) as i16,
             demand_left_ns: self
                 .loops
                 .timing
@@ -333,10 +346,25 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
+            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
+        {
+            return match self.axis.demand() {
+                Demand::PhaseVoltage { .. } => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            };
+        }
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            // P48: an angle only where one is used.
+            (0xEA, 0) => {
+                return match self.axis.demand() {
+                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
+                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
+                };
+            }
             _ => {}
         }
         match object.index {
@@ -349,7 +377,6 @@ impl Application {
                 }
                 Err(abort) => Verdict::Refuse(abort),
             },
-            // P48: an angle only in the modes that use one, which there are none of yet.
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
         }
     }
@@ -361,6 +388,7 @@ impl Application {
             &self.personality.axis,
             &self.axis,
             &self.feedback,
+            &self.signals,
             self.loops.pm_per_ampere,
         );
     }

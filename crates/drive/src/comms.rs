@@ -34,6 +34,15 @@ pub enum Request {
     Reset(Reset),
 }
 
+/// What [`Comms::new`] has found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// With what the control half starts: the defaults. The stored parameters follow as new ones.
+    pub parameters: Parameters<f32>,
+    /// What was wrong with the stored parameters.
+    pub damage: Option<store::Damage>,
+}
+
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
@@ -58,7 +67,7 @@ impl<M: NodeMemory> Comms<M> {
     /// of the reason for this start is in `health`.
     ///
     /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
-    /// parameter error. Returned beside it: what was wrong with them.
+    /// parameter error.
     ///
     /// # Errors
     /// [`ParameterError`] if the personality's own defaults make no drive.
@@ -70,7 +79,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Option<store::Damage>), ParameterError> {
+    ) -> Result<(Comms<M>, Start), ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -79,7 +88,8 @@ impl<M: NodeMemory> Comms<M> {
         }
         // On the defaults first: stored parameters that make no drive are a parameter error, not
         // the end of it.
-        let mut application = Application::new(personality, hardware, &image, Feedback::silent())?;
+        let (mut application, parameters) =
+            Application::new(personality, hardware, &image, Feedback::silent())?;
         let damage = store::load(&table, &mut image, stored).err();
         application.faults.report(Health {
             store_damaged: health.store_damaged || damage.is_some(),
@@ -95,7 +105,7 @@ impl<M: NodeMemory> Comms<M> {
             was_bus_off: false,
             next_tick: Instant::NEVER,
         };
-        Ok((comms, damage))
+        Ok((comms, Start { parameters, damage }))
     }
 
     /// Boots up. Call once.
@@ -184,14 +194,9 @@ impl<M: NodeMemory> Comms<M> {
         self.application.take_limits()
     }
 
-    /// The parameters of the control half.
-    pub fn parameters(&self) -> Parameters<f32> {
-        self.application.parameters()
-    }
-
     /// New parameters for the control half.
     pub fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        self.application.take_parameters()
+        self.application.take_parameters(&self.node.image())
     }
 
     /// A new name for the present position, counts.

@@ -44,16 +44,15 @@ impl<M: NodeMemory> Drive<M> {
         stored: &[u8],
         health: Health,
     ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
-        let (comms, damage) =
-            Comms::new(personality, hardware, memory, id, serial, stored, health)?;
-        let cascade = Cascade::new(&comms.parameters());
+        let (comms, found) = Comms::new(personality, hardware, memory, id, serial, stored, health)?;
+        let cascade = Cascade::new(&found.parameters);
         let mut drive = Drive {
             comms,
             cascade,
             signals: Signals::QUIET,
         };
         drive.hand_over();
-        Ok((drive, damage))
+        Ok((drive, found.damage))
     }
 
     /// Boots up. Call once.
@@ -150,6 +149,11 @@ impl<M: NodeMemory> Drive<M> {
     /// The communication half.
     pub fn comms(&self) -> &Comms<M> {
         &self.comms
+    }
+
+    /// The control half.
+    pub fn cascade(&self) -> &Cascade<f32> {
+        &self.cascade
     }
 
     /// What the loops have seen and do.

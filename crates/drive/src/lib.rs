@@ -33,7 +33,7 @@ pub mod program;
 mod publish;
 mod serving;
 
-pub use comms::{Comms, Request};
+pub use comms::{Comms, Request, Start};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};

@@ -62,10 +62,9 @@ impl PwmTiming {
     }
 }
 
-/// What the loops run with, and what the communication half needs of it.
+/// What the communication half needs of the loops' parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoopParameters {
-    pub(crate) parameters: Parameters<f32>,
     pub(crate) timing: PwmTiming,
     /// Current of one per mille of rated torque, A.
     pub(crate) amperes_per_pm: f32,
@@ -83,7 +82,7 @@ pub(crate) fn read_parameters(
     image: &Image<'_>,
     personality: &Personality,
     hardware: &Hardware,
-) -> Result<LoopParameters, ParameterError> {
+) -> Result<(LoopParameters, Parameters<f32>), ParameterError> {
     let motor = &personality.motor;
     let amplifier = &personality.amplifier;
     let poles = image.number(motor.poles);
@@ -204,14 +203,14 @@ pub(crate) fn read_parameters(
         },
     };
     let amperes_per_pm = rated_torque / torque_constant * 1e-3;
-    Ok(LoopParameters {
-        parameters,
+    let loops = LoopParameters {
         timing,
         amperes_per_pm,
         pm_per_ampere: torque_constant / rated_torque * 1e3,
         amperes_per_acceleration: gains.acceleration_feed_forward
             * tuning::acceleration_current(inertia, torque_constant, counts)?,
-    })
+    };
+    Ok((loops, parameters))
 }
 
 fn polarity(value: i64) -> Result<i32, ParameterError> {
