@@ -189,13 +189,11 @@ impl Found {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (mut found, mut lines) = (Found::default(), Vec::new());
     match &arguments.what {
-        What::CurrentSensor(CurrentSensorArguments { common }) => {
-            common.run(async |session| {
-                let result = session.calibrate_current_sensor().await?;
-                found.sensor(&mut lines, &result);
-                Ok((found, lines))
-            })
-        }
+        What::CurrentSensor(CurrentSensorArguments { common }) => common.run(async |session| {
+            let result = session.calibrate_current_sensor().await?;
+            found.sensor(&mut lines, &result);
+            Ok((found, lines))
+        }),
         What::ElectricalZero(ElectricalZeroArguments { method, common }) => {
             common.run(async |session| {
                 let result = session.calibrate_electrical_zero(*method).await?;

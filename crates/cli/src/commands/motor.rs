@@ -133,8 +133,8 @@ impl Common {
             return Ok(Wish::Save);
         }
         let mut error = io::stderr().lock();
-        let _ = write!(error, "save these in node {}? [y/N] ", self.node)
-            .and_then(|()| error.flush());
+        let _ =
+            write!(error, "save these in node {}? [y/N] ", self.node).and_then(|()| error.flush());
         let mut answer = String::new();
         io::stdin()
             .read_line(&mut answer)

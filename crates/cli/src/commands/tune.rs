@@ -108,12 +108,12 @@ fn told(tuned: &Tuned) -> (Reached, Vec<String>) {
 /// asked.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     match &arguments.what {
-        What::Velocity(arguments) => arguments.common.run(async |session| {
-            Ok(told(&session.tune_velocity(arguments.asked()).await?))
-        }),
-        What::Position(arguments) => arguments.common.run(async |session| {
-            Ok(told(&session.tune_position(arguments.asked()).await?))
-        }),
+        What::Velocity(arguments) => arguments
+            .common
+            .run(async |session| Ok(told(&session.tune_velocity(arguments.asked()).await?))),
+        What::Position(arguments) => arguments
+            .common
+            .run(async |session| Ok(told(&session.tune_position(arguments.asked()).await?))),
     }?;
     Ok(ExitCode::SUCCESS)
 }

@@ -395,7 +395,10 @@ mod tests {
         let blocked = words(way(4, |_, _| 100.0));
         assert!(blocked.contains("blocked or loaded"), "{blocked}");
         let other = words(way(4, |field, _| field * 4096.0 / 5.0));
-        assert!(other.contains("pole count") && other.contains("10"), "{other}");
+        assert!(
+            other.contains("pole count") && other.contains("10"),
+            "{other}"
+        );
         let rubbed = words(way(4, |field, direction| {
             (field - direction * 30.0 / 360.0) * 1024.0
         }));

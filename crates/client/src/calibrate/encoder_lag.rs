@@ -208,10 +208,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             let behind = (-(d + inductive)).atan2((q - resistive) * turns) * turns;
             let (s, c) = (sample.values[2] / motor.counts * std::f64::consts::TAU).sin_cos();
             // An eccentric encoder adds a wave of the shaft's turn, and a little of its double.
-            rows.push((
-                vec![1.0, s, c, s * c, c * c - s * s],
-                behind * turns,
-            ));
+            rows.push((vec![1.0, s, c, s * c, c * c - s * s], behind * turns));
         }
         Finding {
             what: "the voltage at that speed",
@@ -234,11 +231,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         })
     }
 
-    async fn mean(
-        &mut self,
-        object: crate::session::Object,
-        readings: u32,
-    ) -> Result<f64, Cause> {
+    async fn mean(&mut self, object: crate::session::Object, readings: u32) -> Result<f64, Cause> {
         let mut sum = 0.0;
         for _ in 0..readings {
             sum += self.read(object).await? as f64;

@@ -24,8 +24,8 @@ const DEAD_TIME: f64 = 0.05;
 pub(super) struct Led {
     /// Electrical angle of the field, 1/65,536 turn, any number of turns.
     angle: i64,
-    /// How long the rotor is given to come to rest.
-    rest_ms: u64,
+    /// Period with which the field swings the rotor, ms.
+    swing_ms: u64,
     counts: i64,
     /// The last reading of the encoder, and all turns before it.
     reading: i64,
@@ -91,14 +91,13 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         self.measured("current of the d axis", flowing_ma, "mA");
         // The field holds the rotor like a spring: it swings with this frequency.
         let stiffness = motor.torque_constant_nm_per_a * current_a * motor.pole_pairs;
-        let swings_hz =
-            (stiffness / motor.rotor_inertia_kgm2).sqrt() / std::f64::consts::TAU;
-        let rest_ms = (600.0 / swings_hz).clamp(12.0, 100.0) as u64;
+        let swings_hz = (stiffness / motor.rotor_inertia_kgm2).sqrt() / std::f64::consts::TAU;
+        let swing_ms = (1e3 / swings_hz).clamp(8.0, 200.0) as u64;
         self.wait(500).await?;
         let reading = self.read(RAW_ENCODER).await?;
         Ok(Led {
             angle: 0,
-            rest_ms,
+            swing_ms,
             counts: motor.counts as i64,
             reading,
             turns: 0,
@@ -110,13 +109,14 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     /// counts, over all turns.
     pub(super) async fn lead_to(&mut self, led: &mut Led, to: i64) -> Result<f64, Cause> {
         let step = TURN / POINTS / STEPS;
+        // A way that takes one period of the swing leaves none behind.
         while led.angle != to {
             led.angle += (to - led.angle).clamp(-step, step);
             self.write(ELECTRICAL_ANGLE, i64::from(led.angle as i16))
                 .await?;
-            self.wait(1).await?;
+            self.wait((led.swing_ms / STEPS as u64).max(1)).await?;
         }
-        self.wait(led.rest_ms).await?;
+        self.wait((led.swing_ms / 2).max(8)).await?;
         let reading = self.read(RAW_ENCODER).await?;
         let half = led.counts / 2;
         let moved = (reading - led.reading + half).rem_euclid(led.counts) - half;

@@ -98,7 +98,10 @@ mod tests {
             .map(|n| {
                 let x = f64::from(n) * 1e-3;
                 let noise = if n % 2 == 0 { 0.5 } else { -0.5 };
-                (vec![1.0, x, 1e6 * x * x], 3.0 - 20.0 * x + 7.0 * x * x + noise)
+                (
+                    vec![1.0, x, 1e6 * x * x],
+                    3.0 - 20.0 * x + 7.0 * x * x + noise,
+                )
             })
             .collect();
         let found = fit(&rows).unwrap();

@@ -113,9 +113,8 @@ fn descend(from: [f64; 3], cost: impl Fn([f64; 3]) -> f64) -> ([f64; 3], f64) {
         corner[axis] += step;
         corners.push((corner, cost(corner)));
     }
-    let between = |a: [f64; 3], b: [f64; 3], part: f64| {
-        [0, 1, 2].map(|n| a[n] + part * (b[n] - a[n]))
-    };
+    let between =
+        |a: [f64; 3], b: [f64; 3], part: f64| [0, 1, 2].map(|n| a[n] + part * (b[n] - a[n]));
     for _ in 0..150 {
         corners.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (best, worst) = (corners[0], corners[3]);
@@ -130,7 +129,11 @@ fn descend(from: [f64; 3], cost: impl Fn([f64; 3]) -> f64) -> ([f64; 3], f64) {
         let mirrored = tried(-1.0);
         if mirrored.1 < best.1 {
             let further = tried(-2.0);
-            corners[3] = if further.1 < mirrored.1 { further } else { mirrored };
+            corners[3] = if further.1 < mirrored.1 {
+                further
+            } else {
+                mirrored
+            };
         } else if mirrored.1 < corners[2].1 {
             corners[3] = mirrored;
         } else {

@@ -3,8 +3,8 @@
 use cia402::{State, Statusword};
 
 use super::{
-    Cause, CONTROLWORD, ERROR_CODE, MODE, MODE_DISPLAY, STATUSWORD, SYNC_LOSS, Session,
-    VOLTAGE_D, Watch,
+    CONTROLWORD, Cause, ERROR_CODE, MODE, MODE_DISPLAY, STATUSWORD, SYNC_LOSS, Session, VOLTAGE_D,
+    Watch,
 };
 use crate::{Link, LinkError};
 

@@ -43,8 +43,7 @@ impl Motor {
 
     /// Speed at which the back-EMF would need all of the supply, counts/s.
     pub(crate) fn no_load_speed(&self) -> f64 {
-        self.longest_v() / (self.flux_vs() * self.pole_pairs) * self.counts
-            / std::f64::consts::TAU
+        self.longest_v() / (self.flux_vs() * self.pole_pairs) * self.counts / std::f64::consts::TAU
     }
 }
 
@@ -117,7 +116,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let poles = self.read(POLES).await?;
         ready(Finding {
             what: "the pole count (0x3011,3)",
-            seen: if poles % 2 == 0 { poles as f64 } else { f64::NAN },
+            seen: if poles % 2 == 0 {
+                poles as f64
+            } else {
+                f64::NAN
+            },
             low: 2.0,
             high: 126.0,
             unit: "",
@@ -126,8 +129,14 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let mut figure = [0.0; 6];
         for (place, (object, remedy)) in figure.iter_mut().zip([
             (ENCODER_RESOLUTION, "write the counts of one turn"),
-            (RESISTANCE, "write the data sheet's resistance between two terminals"),
-            (INDUCTANCE, "write the data sheet's inductance between two terminals"),
+            (
+                RESISTANCE,
+                "write the data sheet's resistance between two terminals",
+            ),
+            (
+                INDUCTANCE,
+                "write the data sheet's inductance between two terminals",
+            ),
             (TORQUE_CONSTANT, "write the data sheet's torque constant"),
             (ROTOR_INERTIA, "write the data sheet's rotor inertia"),
             (RATED_TORQUE, "write the torque at the continuous current"),
@@ -155,7 +164,14 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             remedy: "write the data sheet's current; it may exceed neither the peak current \
                      (0x3011,9) nor the amplifier's (0x3001,8)",
         })?;
-        let [counts, resistance, inductance, torque_constant, inertia, rated] = figure;
+        let [
+            counts,
+            resistance,
+            inductance,
+            torque_constant,
+            inertia,
+            rated,
+        ] = figure;
         Ok(Motor {
             pole_pairs: poles as f64 / 2.0,
             counts,

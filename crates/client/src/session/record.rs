@@ -66,7 +66,9 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             transmission: 1,
             mapped: mapped(objects),
         };
-        let all: Vec<Object> = std::iter::once(STATUSWORD).chain(seen.iter().copied()).collect();
+        let all: Vec<Object> = std::iter::once(STATUSWORD)
+            .chain(seen.iter().copied())
+            .collect();
         let transmit = pdo(Direction::Transmit, &all);
         let receive = (!commanded.is_empty()).then(|| pdo(Direction::Receive, commanded));
         let mut before = vec![self.pdo_before(0x1803).await?];

@@ -90,8 +90,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             bandwidth_hz: asked.bandwidth_hz * root,
             damping: asked.damping * root,
         };
-        self.start_recording(&[POSITION, ACTUAL_TORQUE], &[TARGET_VELOCITY, TORQUE_OFFSET])
-            .await?;
+        self.start_recording(
+            &[POSITION, ACTUAL_TORQUE],
+            &[TARGET_VELOCITY, TORQUE_OFFSET],
+        )
+        .await?;
         let omega = TAU * asked.bandwidth_hz;
         let hold_ms = hold_ms(asked);
         let speed_per_ms = Steps::speed_per_ms(&motor, hold_ms);
@@ -154,8 +157,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             remedy: "tune the velocity loop first, or ask for less",
         }
         .check()?;
-        self.start_recording(&[POSITION, ACTUAL_TORQUE], &[TARGET_POSITION, VELOCITY_OFFSET])
-            .await?;
+        self.start_recording(
+            &[POSITION, ACTUAL_TORQUE],
+            &[TARGET_POSITION, VELOCITY_OFFSET],
+        )
+        .await?;
         let omega = TAU * asked.bandwidth_hz;
         let hold_ms = hold_ms(asked);
         let speed_per_ms = Steps::speed_per_ms(&motor, hold_ms);

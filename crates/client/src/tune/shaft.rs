@@ -238,7 +238,10 @@ mod tests {
                 x += v * 1e-4;
             }
             let shaft = mechanics(&samples, &MOTOR).unwrap();
-            assert!((shaft.inertia_ratio / ratio - 1.0).abs() < 0.02, "{shaft:?}");
+            assert!(
+                (shaft.inertia_ratio / ratio - 1.0).abs() < 0.02,
+                "{shaft:?}"
+            );
             assert!((shaft.friction_pm - friction).abs() < 4.0, "{shaft:?}");
             assert!((shaft.load_pm - load).abs() < 4.0, "{shaft:?}");
         }

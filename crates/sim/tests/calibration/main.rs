@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use canopen::{Instant, NodeId};
 use client::calibrate::Method;
-use client::session::{Cause, Left, ProcedureError, Session};
+use client::session::{ProcedureError, Session};
 use client::{Client, block_on};
 use motors::{COUNTS, Individual, enter, individual};
 use personalities::Personality;
@@ -52,7 +52,16 @@ struct Errors {
 fn calibrate(seed: u64) -> Result<Errors, String> {
     let motor = individual(seed);
     let mut bus = bus(&motor, personality(seed), seed);
-    let failed = |error: ProcedureError| format!("motor {seed}: {error}\n{motor:?}");
+    let failed = |error: ProcedureError| {
+        let (reversed, swapped) = (
+            motor.truth.encoder.reversed,
+            motor.truth.motor.wires_swapped,
+        );
+        format!(
+            "motor {seed}: {error}\nreversed {reversed}, swapped {swapped}, {:?}",
+            motor.sheet
+        )
+    };
     let found = {
         let mut client = Client::new(VirtualLink::new(&mut bus, 0));
         block_on(async {
@@ -100,7 +109,10 @@ fn for_each<T: Send>(seeds: u64, work: impl Fn(u64) -> T + Sync) -> Vec<T> {
                 })
             })
             .collect();
-        workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect()
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().unwrap())
+            .collect()
     });
     all.sort_by_key(|(seed, _)| *seed);
     all.into_iter().map(|(_, result)| result).collect()
@@ -129,14 +141,25 @@ fn two_hundred_motors_are_calibrated_blind() {
         ("current bias, counts", |e| e.bias_counts),
         ("electrical zero, counts", |e| e.zero_counts),
         ("electrical zero, electrical degrees", |e| e.zero_deg),
-        ("inertia over the sheet's, less 1", |e| e.inertia_ratio - 1.0),
+        ("inertia over the sheet's, less 1", |e| {
+            e.inertia_ratio - 1.0
+        }),
     ];
     for (what, figure) in figures {
         let (worst, rms) = worst_and_rms(errors.iter().map(figure));
         println!("{what}: worst {worst:.3}, rms {rms:.3}");
     }
-    println!("{} motors in {:.1} s", errors.len(), began.elapsed().as_secs_f64());
-    assert!(failures.is_empty(), "{} failed:\n{}", failures.len(), failures[..failures.len().min(8)].join("\n"));
+    println!(
+        "{} motors in {:.1} s",
+        errors.len(),
+        began.elapsed().as_secs_f64()
+    );
+    assert!(
+        failures.is_empty(),
+        "{} failed:\n{}",
+        failures.len(),
+        failures[..failures.len().min(30)].join("\n")
+    );
     for (seed, found) in errors.iter().enumerate() {
         assert!(found.bias_counts <= 1.0, "motor {seed}: {found:?}");
         assert!(found.zero_counts.abs() <= 2.0, "motor {seed}: {found:?}");

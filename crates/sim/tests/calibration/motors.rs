@@ -6,14 +6,14 @@ use plant::{EC_MAX_22_283860, Parameters, Spread, VIRTUAL_P3};
 
 /// Reproducible numbers from 0 to below 1 (SplitMix64).
 #[derive(Clone, Debug)]
-pub struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
-    pub fn new(seed: u64) -> Dice {
+    pub(crate) fn new(seed: u64) -> Dice {
         Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D)
     }
 
-    pub fn roll(&mut self) -> f64 {
+    pub(crate) fn roll(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -21,40 +21,40 @@ impl Dice {
         (z ^ (z >> 31)) as f64 / 2f64.powi(64)
     }
 
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.roll()
     }
 
-    pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
+    pub(crate) fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
         all[(self.roll() * all.len() as f64) as usize]
     }
 }
 
 /// A motor as its data sheet describes it, and one of its kind as it is.
 #[derive(Clone, Copy, Debug)]
-pub struct Individual {
-    pub sheet: Sheet,
-    pub truth: Parameters,
+pub(crate) struct Individual {
+    pub(crate) sheet: Sheet,
+    pub(crate) truth: Parameters,
 }
 
 /// What somebody who commissions a drive knows of its motor.
 #[derive(Clone, Copy, Debug)]
-pub struct Sheet {
-    pub poles: i64,
-    pub torque_constant_mnm_a: i64,
-    pub terminal_resistance_10mohm: i64,
-    pub terminal_inductance_10uh: i64,
-    pub rotor_inertia: i64,
-    pub continuous_ma: i64,
-    pub peak_ma: i64,
-    pub rated_torque_mnm: i64,
-    pub no_load_counts_s: i64,
+pub(crate) struct Sheet {
+    pub(crate) poles: i64,
+    pub(crate) torque_constant_mnm_a: i64,
+    pub(crate) terminal_resistance_10mohm: i64,
+    pub(crate) terminal_inductance_10uh: i64,
+    pub(crate) rotor_inertia: i64,
+    pub(crate) continuous_ma: i64,
+    pub(crate) peak_ma: i64,
+    pub(crate) rated_torque_mnm: i64,
+    pub(crate) no_load_counts_s: i64,
 }
 
-pub const COUNTS: f64 = 4096.0;
+pub(crate) const COUNTS: f64 = 4096.0;
 
 /// One motor out of a kind, both from the seed. Every tenth is the manual's EC-max 22.
-pub fn individual(seed: u64) -> Individual {
+pub(crate) fn individual(seed: u64) -> Individual {
     let mut dice = Dice::new(seed);
     let mut nominal = VIRTUAL_P3;
     if seed % 10 != 0 {
@@ -99,7 +99,7 @@ pub fn individual(seed: u64) -> Individual {
 }
 
 /// Writes what the data sheet says into a drive that was used with another motor before.
-pub async fn enter<L: Link>(client: &mut Client<L>, node: NodeId, sheet: &Sheet) {
+pub(crate) async fn enter<L: Link>(client: &mut Client<L>, node: NodeId, sheet: &Sheet) {
     use DataType::{I8, I16, I32, U16, U32};
     for (index, sub, data_type, value) in [
         (0x3011, 3, I8, sheet.poles),
