@@ -12,6 +12,7 @@ mod object_address;
 mod output;
 mod plant_bench;
 mod record_file;
+mod scenario_file;
 mod time_span;
 mod wire;
 
@@ -20,7 +21,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    calibrate, eds, lss, monitor, nmt, od, play, program, replay, scan, sdo, sim, tune,
+    calibrate, eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim, tune,
 };
 pub(crate) use failure::Failure;
 
@@ -62,6 +63,7 @@ enum Command {
     Tune(tune::Arguments),
     Play(play::Arguments),
     Program(program::Arguments),
+    Scenario(scenario::Arguments),
     Demo(demo::Arguments),
 }
 
@@ -80,6 +82,7 @@ fn main() -> ExitCode {
         Command::Tune(arguments) => tune::run(arguments),
         Command::Play(arguments) => play::run(arguments),
         Command::Program(arguments) => program::run(arguments),
+        Command::Scenario(arguments) => scenario::run(arguments),
         Command::Demo(arguments) => demo::run(arguments),
     };
     result.unwrap_or_else(|failure| failure.report())

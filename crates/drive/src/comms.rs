@@ -3,11 +3,13 @@
 use can::Frame;
 use canopen::nmt::Reset;
 use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store};
+use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
 use crate::application::Application;
+use crate::captures::CaptureOrder;
 use crate::faults::CommunicationErrors;
 use crate::serving::Serving;
 use crate::{Hardware, Health, Host, ParameterError, PwmTiming};
@@ -34,15 +36,6 @@ pub enum Request {
     Reset(Reset),
 }
 
-/// What [`Comms::new`] has found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
-    /// With what the control half starts: the defaults. The stored parameters follow as new ones.
-    pub parameters: Parameters<f32>,
-    /// What was wrong with the stored parameters.
-    pub damage: Option<store::Damage>,
-}
-
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
@@ -67,7 +60,8 @@ impl<M: NodeMemory> Comms<M> {
     /// of the reason for this start is in `health`.
     ///
     /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
-    /// parameter error.
+    /// parameter error. Returned beside it: the parameters with which the control half begins, and
+    /// what was wrong with those stored.
     ///
     /// # Errors
     /// [`ParameterError`] if the personality's own defaults make no drive.
@@ -79,7 +73,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Start), ParameterError> {
+    ) -> Result<(Comms<M>, Parameters<f32>, Option<store::Damage>), ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -105,7 +99,7 @@ impl<M: NodeMemory> Comms<M> {
             was_bus_off: false,
             next_tick: Instant::NEVER,
         };
-        Ok((comms, Start { parameters, damage }))
+        Ok((comms, parameters, damage))
     }
 
     /// Boots up. Call once.
@@ -115,11 +109,11 @@ impl<M: NodeMemory> Comms<M> {
         self.handle(events, now);
     }
 
-    /// What the control half has seen and the board says; call before [`Comms::receive`] and [`Comms::poll`], so that
-    /// they act upon the present.
+    /// What the control half has seen and captured, and the board says; call before
+    /// [`Comms::receive`] and [`Comms::poll`], so that they act upon the present.
     #[inline]
-    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
-        self.application.observe(feedback, signals);
+    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
+        self.application.observe(feedback, signals, seen);
     }
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
@@ -202,6 +196,17 @@ impl<M: NodeMemory> Comms<M> {
     /// A new name for the present position, counts.
     pub fn take_position(&mut self) -> Option<i32> {
         self.application.take_position()
+    }
+
+    /// By how much all positions become greater, captured ones as well; in force before the next
+    /// command.
+    pub fn take_position_shift(&mut self) -> Option<i32> {
+        self.application.take_position_shift()
+    }
+
+    /// What the control half shall capture.
+    pub fn take_captures(&mut self) -> Option<CaptureOrder> {
+        self.application.take_captures()
     }
 
     /// What the drive asks of its host.

@@ -21,6 +21,7 @@
 )]
 
 mod application;
+mod captures;
 mod command;
 mod comms;
 mod configuration;
@@ -33,7 +34,8 @@ pub mod program;
 mod publish;
 mod serving;
 
-pub use comms::{Comms, Request, Start};
+pub use captures::CaptureOrder;
+pub use comms::{Comms, Request};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};
