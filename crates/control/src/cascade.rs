@@ -185,9 +185,10 @@ impl<R: Real> Cascade<R> {
         let source = &self.command.frame;
 
         // Where the rotor is, and how fast.
-        self.tracker.update(&c.encoder, sample.encoder);
+        self.tracker
+            .update(&c.encoder, sample.encoder, sample.encoder_valid);
         let velocity = self.tracker.velocity();
-        let from_zero = R::count_sub(sample.encoder, c.electrical_zero);
+        let from_zero = R::count_sub(self.tracker.raw(), c.electrical_zero);
         let rotor = R::count_mul(from_zero, c.angle_per_count);
         let advanced = |advance: R| {
             let angle = R::count_add(rotor, (velocity * advance).to_count());
