@@ -210,6 +210,7 @@ fn the_faithful_p3_has_no_safe_torque_off() {
     let mut bench = Bench::new(&P3, Switches::default());
     bench.write(0x6040, 0, 0x06, 2);
     bench.write(0x6040, 0, 0x0F, 2);
+    bench.write(0x6060, 0, 3, 1);
     bench.torque_off = true;
     bench.extra_inputs = u32::MAX;
     bench.run_ms(5);

@@ -107,12 +107,12 @@ impl Bench {
         }
         if let Some((low, high)) = self.stops {
             let (place, speed) = (self.place(), self.plant.truth().speed_rad_s);
-            // A stiff spring with its own damping, as strong as thirty times the rated torque.
+            // A stiff spring with its own damping.
             let into = (place - place.clamp(low, high)) as f32;
             let torque = if into == 0.0 {
                 0.0
             } else {
-                (0.002 * into + 3e-4 * speed).clamp(-0.7, 0.7)
+                0.002 * into + 3e-4 * speed
             };
             self.plant.set_load_torque_nm(torque);
         }
