@@ -4,6 +4,7 @@
 //! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
 
 use crate::arithmetic::{AT_ONCE, magnitude};
+use crate::homing::{HomingConfiguration, HomingInputs};
 use crate::profile::ProfileLimits;
 
 /// A window and how long a value must be beyond it (monitors) or within it (targets).
@@ -76,6 +77,8 @@ pub struct Configuration {
     pub velocity_threshold: f32,
     /// How long the speed must exceed the threshold to count as motion, ms (0x6070).
     pub velocity_threshold_time_ms: u16,
+    /// Parameters of mode 6.
+    pub homing: HomingConfiguration,
 }
 
 impl Default for Configuration {
@@ -108,6 +111,7 @@ impl Default for Configuration {
             velocity_window: None,
             velocity_threshold: 0.0,
             velocity_threshold_time_ms: 0,
+            homing: HomingConfiguration::DEFAULT,
         }
     }
 }
@@ -310,4 +314,6 @@ pub struct Actual {
     pub voltage: bool,
     /// The drive has a warning.
     pub warning: bool,
+    /// Switches and what was captured at them.
+    pub homing: HomingInputs,
 }

@@ -72,6 +72,7 @@ impl ModeSet {
         .with(Mode::PROFILE_POSITION)
         .with(Mode::PROFILE_VELOCITY)
         .with(Mode::PROFILE_TORQUE)
+        .with(Mode::HOMING)
         .with(Mode::CYCLIC_POSITION)
         .with(Mode::CYCLIC_VELOCITY)
         .with(Mode::CYCLIC_TORQUE);

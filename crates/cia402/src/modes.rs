@@ -3,6 +3,7 @@
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
+mod homing;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
@@ -12,6 +13,7 @@ use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
 use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
+pub(crate) use homing::Homing;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
@@ -38,7 +40,8 @@ pub(crate) struct Limited {
     pub(crate) torque: bool,
 }
 
-/// The statusword bits that a mode owns. Bit 13 is the following error, which the axis watches.
+/// The statusword bits that a mode owns. Bit 13, the following error or an error of homing, is the
+/// axis's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Bits {
     /// Bit 10.
@@ -109,6 +112,7 @@ pub(crate) enum Motion {
     ProfilePosition(ProfilePosition),
     ProfileVelocity(ProfileVelocity),
     ProfileTorque(ProfileTorque),
+    Homing(Homing),
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
@@ -123,6 +127,7 @@ impl Motion {
             Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
             Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
             Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
+            Mode::HOMING => Motion::Homing(Homing::new(inputs)),
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
@@ -136,6 +141,7 @@ impl Motion {
             Motion::ProfilePosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
@@ -148,6 +154,7 @@ impl Motion {
             Motion::ProfilePosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,

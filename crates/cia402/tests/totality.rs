@@ -2,7 +2,9 @@
 
 mod rig;
 
-use cia402::{Actual, Axis, Configuration, Demand, State, Target, Targets, Window};
+use cia402::{
+    Actual, Axis, Captured, Configuration, Demand, HomingInputs, State, Target, Targets, Window,
+};
 use rig::{P3, Random, STANDARD};
 
 #[test]
@@ -30,7 +32,7 @@ fn anything_may_be_written_at_any_time() {
         let mut configuration = Configuration::default();
         let mut targets = Targets::default();
         let mut actual = Actual::default();
-        let mut enabled = 0;
+        let (mut enabled, mut homed) = (0, 0);
         for step in 0..1_000_000 {
             let number = odd[random.below(odd.len() as u64) as usize];
             let integer = integers[random.below(integers.len() as u64) as usize];
@@ -38,7 +40,7 @@ fn anything_may_be_written_at_any_time() {
                 size: integer as u32,
                 time_ms: random.below(3) as u16,
             });
-            match random.below(40) {
+            match random.below(44) {
                 0 => configuration.profile_velocity = number,
                 1 => configuration.acceleration = number,
                 2 => configuration.deceleration = number,
@@ -80,6 +82,28 @@ fn anything_may_be_written_at_any_time() {
                 26 => actual.demand_torque_pm = number,
                 27 => actual.torque_pm = number,
                 28 => axis.initialised(),
+                40 => configuration.homing.method = random.below(48) as i8 - 6,
+                41 => {
+                    configuration.homing.switch_velocity = number;
+                    configuration.homing.zero_velocity = number.abs();
+                    configuration.homing.acceleration = number;
+                    configuration.homing.offset = integer;
+                    configuration.homing.range = integer as u32;
+                    configuration.homing.timeout_ms = random.below(100) as u32;
+                }
+                42 | 43 => {
+                    actual.limited = window.is_some();
+                    actual.homing = HomingInputs {
+                        negative_limit: random.below(4) == 0,
+                        positive_limit: random.below(4) == 0,
+                        home: random.below(2) == 0,
+                        captured: Captured {
+                            serial: random.below(3) as u8,
+                            edge: window.map(|_| integer),
+                            index: window.map(|_| integer),
+                        },
+                    };
+                }
                 29 if random.below(20) == 0 => axis.fault(),
                 29 if random.below(20) == 0 => {
                     axis.fault_reaction(&configuration, &targets, &actual)
@@ -126,9 +150,12 @@ fn anything_may_be_written_at_any_time() {
                 assert!(right, "step {step}: {demand:?} in {}", axis.state());
                 assert_eq!(driven, axis.is_powered());
             }
+            homed += u32::from(axis.take_position_shift().is_some());
+            let _ = axis.take_trigger();
             let status = axis.statusword();
             assert_eq!(status.state(), Some(axis.state()));
         }
         assert!(enabled > 100_000, "{enabled}");
+        assert!(homed > 100, "{homed}");
     }
 }

@@ -25,6 +25,7 @@ mod medium;
 mod notice;
 mod pace;
 mod place;
+mod power;
 mod probe;
 mod recording;
 mod replay;

@@ -3,6 +3,7 @@
 use canopen::row::{i16, i32, u16, u32};
 use canopen::{Dictionary, Row};
 
+use super::homing;
 use crate::p3::axis::limit;
 use crate::p3::motor::feedback;
 use crate::p3::{self, plain};
@@ -57,6 +58,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             }),
             ..p3.configuration
         },
+        homing: Some(homing::objects(objects)),
         ..p3
     }
 }
