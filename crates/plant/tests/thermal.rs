@@ -38,7 +38,7 @@ fn two_bodies(copper_w: f64, friction_w: f64, seconds: f64) -> (f64, f64) {
     let (l1, l2) = (0.5 * (trace - root), 0.5 * (trace + root));
     // α (a, a - l1) + β (a, a - l2) = -(steady_w, steady_h).
     let beta = ((a - l1) * steady_w / a - steady_h) / (l1 - l2);
-    let alpha = -steady_w / a + beta * -1.0;
+    let alpha = -steady_w / a - beta;
     let (e1, e2) = ((-l1 * seconds).exp(), (-l2 * seconds).exp());
     (
         steady_w + a * (alpha * e1 + beta * e2),
