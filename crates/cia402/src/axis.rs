@@ -2,7 +2,7 @@
 
 use crate::arithmetic::{measured, within};
 use crate::conditions::Watch;
-use crate::modes::{Bits, Inputs, Limited, Motion};
+use crate::modes::{BUFFER_SIZE, Bits, Inputs, Limited, Motion};
 use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
 use crate::stop::Stop;
@@ -166,6 +166,43 @@ impl Axis {
             }
         }
     }
+
+    /// A SYNC was received, and what came with it is in force.
+    pub fn sync(&mut self, configuration: &Configuration, targets: &Targets, actual: &Actual) {
+        self.observe(actual);
+        if self.state == State::OperationEnabled && self.stop.is_none() {
+            let inputs = self.inputs(configuration, targets, actual);
+            if let Some(demand) = self.motion.generator_mut().sync(&inputs) {
+                self.put(demand);
+            }
+        }
+    }
+
+    /// A set-point for the buffer of interpolated position mode (0x60C1). Whether it was taken: if
+    /// not, the buffer is full or closed, or the mode not at work.
+    pub fn push_set_point(
+        &mut self,
+        position: i32,
+        configuration: &Configuration,
+        targets: &Targets,
+        actual: &Actual,
+    ) -> bool {
+        let inputs = self.inputs(configuration, targets, actual);
+        self.motion.generator_mut().push(position, &inputs)
+    }
+
+    /// Empties the buffer of interpolated position mode and opens or closes it (0x60C4,6).
+    pub fn clear_buffer(&mut self, open: bool) {
+        self.motion.generator_mut().clear(open);
+    }
+
+    /// Set-points in the buffer of interpolated position mode.
+    pub fn buffered(&self) -> u8 {
+        self.motion.generator().buffered()
+    }
+
+    /// Set-points that the buffer of interpolated position mode holds at most (0x60C4,1).
+    pub const BUFFER_SIZE: u8 = BUFFER_SIZE;
 
     /// Every position has become `offset` counts greater, because the actual position got another
     /// name (the P3's 0x6064). The axis stays where it is, and a move ends where it would have.
@@ -399,6 +436,7 @@ impl Axis {
             targets,
             actual,
             present: self.present(configuration, actual),
+            mode: self.mode,
         }
     }
 
@@ -413,6 +451,7 @@ impl Axis {
             } else {
                 velocity
             },
+            acceleration: 0.0,
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
             left_ns: 0,
@@ -420,6 +459,9 @@ impl Axis {
         // A demand not yet taken is not yet in the control half's answers.
         let start = self.demand.at(0);
         let either = |own: f32, told: f32| measured(if self.fresh { own } else { told });
+        let slope = |rate: f32, duration_ns: u32| {
+            if duration_ns > 0 { measured(rate) } else { 0.0 }
+        };
         let demand_velocity = either(start.velocity, actual.demand_velocity);
         match self.demand {
             Demand::Off => Present {
@@ -436,11 +478,20 @@ impl Axis {
                 torque_is_demand: true,
                 ..motor
             },
-            Demand::Velocity { .. } => Present {
+            Demand::Velocity {
+                acceleration,
+                duration_ns,
+                ..
+            } => Present {
                 velocity: demand_velocity,
+                acceleration: slope(acceleration, duration_ns),
                 ..motor
             },
-            Demand::Position { .. } => Present {
+            Demand::Position {
+                acceleration,
+                duration_ns,
+                ..
+            } => Present {
                 position: if self.fresh {
                     start.position
                 } else {
@@ -448,6 +499,7 @@ impl Axis {
                 },
                 fraction: within(either(start.fraction, actual.demand_fraction), 0.0, 1.0),
                 velocity: demand_velocity,
+                acceleration: slope(acceleration, duration_ns),
                 left_ns: if self.fresh { 0 } else { actual.demand_left_ns },
                 ..motor
             },
@@ -517,7 +569,13 @@ impl Axis {
 
     /// The mode in force starts anew; its statusword bits are cleared (P3 l.474).
     fn start_mode(&mut self, inputs: &Inputs<'_>) {
-        self.motion = Motion::start(self.mode, inputs);
+        self.motion = Motion::start(
+            self.controlword,
+            &Inputs {
+                mode: self.mode,
+                ..*inputs
+            },
+        );
         self.watch = Watch::NEW;
         if self.leaving.is_some() {
             return;
@@ -535,8 +593,10 @@ impl Axis {
             (true, false) => {
                 let braking = Braking::of_halt(inputs.configuration);
                 self.begin_stop(match self.mode {
-                    Mode::PROFILE_POSITION => Stop::by_position(braking, inputs),
-                    Mode::PROFILE_VELOCITY => Stop::by_velocity(braking, inputs),
+                    Mode::PROFILE_POSITION | Mode::INTERPOLATED_POSITION => {
+                        Stop::by_position(braking, inputs)
+                    }
+                    Mode::PROFILE_VELOCITY | Mode::VELOCITY => Stop::by_velocity(braking, inputs),
                     // This mode's ramp is the torque slope.
                     Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
                     Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),

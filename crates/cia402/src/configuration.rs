@@ -4,6 +4,8 @@
 //! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
 
 use crate::arithmetic::{AT_ONCE, magnitude};
+use crate::Mode;
+use crate::modes::BUFFER_SIZE;
 use crate::profile::ProfileLimits;
 
 /// A window and how long a value must be beyond it (monitors) or within it (targets).
@@ -13,6 +15,28 @@ pub struct Window {
     pub size: u32,
     /// Milliseconds.
     pub time_ms: u16,
+}
+
+/// Unit and ramps of velocity mode. Rates as in [`Configuration`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VlConfiguration {
+    /// Counts/s of one unit of the target (0x604B, 0x604C and the encoder's resolution).
+    pub counts_per_s: f32,
+    /// Rate of speeding up, counts/s² (0x6048).
+    pub acceleration: f32,
+    /// Rate of slowing down, counts/s² (0x6049).
+    pub deceleration: f32,
+    /// Rate of the quick stop, counts/s² (0x604A); unusable: the deceleration.
+    pub quick_stop_deceleration: f32,
+}
+
+/// How a moving axis is brought to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slowing {
+    /// Counts/s², above 0.
+    pub(crate) rate: f64,
+    /// Counts/s³, above 0; `None`: a linear ramp.
+    pub(crate) jerk: Option<f64>,
 }
 
 /// Limits and profile parameters in internal units. It changes when objects change, not with time.
@@ -41,10 +65,17 @@ pub struct Configuration {
     pub position_limits: Option<(i32, i32)>,
     /// Greatest torque, per mille of rated torque (0x6072); negative or NaN: 0.
     pub max_torque_pm: f32,
+    /// Jerk of profile position and profile velocity, counts/s³ (0x60A4, if 0x6086 is 3); `None` or
+    /// unusable: linear ramps.
+    pub jerk: Option<f32>,
+    /// Unit and ramps of velocity mode (2).
+    pub vl: VlConfiguration,
     /// Torque slope, per mille of rated torque per second (0x6087); `None` or unusable: at once.
     pub torque_slope_pm_per_s: Option<f32>,
     /// Time that one cyclic set-point lasts, ns (0x60C2); 0 counts as 1 ms.
     pub interpolation_period_ns: u32,
+    /// Set-points that the buffer of interpolated position takes (0x60C4,2), 16 at most.
+    pub interpolation_buffer: u8,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
     pub quick_stop_option: i16,
     /// Shutdown option code (0x605B): 1 slows down on the slow-down ramp first; others free the
@@ -92,8 +123,11 @@ impl Default for Configuration {
             max_deceleration: None,
             position_limits: None,
             max_torque_pm: 1000.0,
+            jerk: None,
+            vl: VlConfiguration::default(),
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
+            interpolation_buffer: BUFFER_SIZE,
             quick_stop_option: 2,
             shutdown_option: 0,
             disable_option: 1,
@@ -205,10 +239,38 @@ impl Configuration {
         )
     }
 
-    /// The rate at which a moving axis is brought to rest without a target, counts/s².
-    pub(crate) fn slow_down(&self) -> f64 {
-        self.deceleration(self.deceleration, self.acceleration)
-            .value
+    /// The slow-down ramp, on which a moving axis is brought to rest without a target.
+    pub(crate) fn slow_down(&self, mode: Mode) -> Slowing {
+        let (down, up) = match mode {
+            Mode::VELOCITY => (self.vl.deceleration, self.vl.acceleration),
+            _ => (self.deceleration, self.acceleration),
+        };
+        Slowing {
+            rate: self.deceleration(down, up).value,
+            jerk: match mode {
+                Mode::PROFILE_POSITION | Mode::PROFILE_VELOCITY => self.jerk(),
+                _ => None,
+            },
+        }
+    }
+
+    /// The quick stop ramp, which is linear always.
+    pub(crate) fn quick_stop(&self, mode: Mode) -> Slowing {
+        let rate = match mode {
+            Mode::VELOCITY => self.vl.quick_stop_deceleration,
+            _ => self.quick_stop_deceleration,
+        };
+        let rate = if rate > 0.0 {
+            self.deceleration(rate, rate).value
+        } else {
+            self.slow_down(mode).rate
+        };
+        Slowing { rate, jerk: None }
+    }
+
+    /// The jerk of profiles, counts/s³; `None`: they are linear.
+    pub(crate) fn jerk(&self) -> Option<f64> {
+        self.jerk.map(magnitude).filter(|&jerk| jerk > 0.0)
     }
 
     /// A position within the limits.
@@ -262,6 +324,8 @@ pub struct Targets {
     pub position: i32,
     /// Target velocity, counts/s (0x60FF).
     pub velocity: i32,
+    /// Target velocity of mode 2 in units of [`VlConfiguration::counts_per_s`] (0x6042).
+    pub vl_velocity: i16,
     /// Target torque, per mille of rated torque (0x6071).
     pub torque_pm: i16,
     /// Position offset, counts (0x60B0); cyclic position mode.
@@ -279,6 +343,8 @@ pub enum Target {
     Position,
     /// 0x60FF
     Velocity,
+    /// 0x6042
+    VlVelocity,
     /// 0x6071
     Torque,
 }

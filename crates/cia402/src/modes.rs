@@ -3,18 +3,24 @@
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
+mod interpolated_position;
+mod line;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
+mod velocity;
 
 use crate::path::Present;
 use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
 use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
+pub(crate) use interpolated_position::BUFFER_SIZE;
+use interpolated_position::InterpolatedPosition;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+use velocity::Velocity;
 
 /// What a generator may look at.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +30,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) actual: &'a Actual,
     /// Where the axis stands: the demand if there is one, else the motor.
     pub(crate) present: Present,
+    /// The mode in force.
+    pub(crate) mode: Mode,
 }
 
 /// Which limits hold a demand back.
@@ -58,6 +66,24 @@ pub(crate) trait Generator {
     /// A target object was received.
     fn set_point(&mut self, _target: Target, _inputs: &Inputs<'_>) -> Option<Demand> {
         None
+    }
+
+    /// A SYNC was received, and what came with it is in force.
+    fn sync(&mut self, _inputs: &Inputs<'_>) -> Option<Demand> {
+        None
+    }
+
+    /// A set-point for the buffer (0x60C1). Whether it was taken.
+    fn push(&mut self, _record: i32, _inputs: &Inputs<'_>) -> bool {
+        false
+    }
+
+    /// The buffer is emptied, and opened or closed (0x60C4,6).
+    fn clear(&mut self, _open: bool) {}
+
+    /// Set-points in the buffer.
+    fn buffered(&self) -> u8 {
+        0
     }
 
     /// One millisecond more; the demand of the next one, or `None` to go on with the present one.
@@ -107,8 +133,10 @@ impl Generator for Idle {
 pub(crate) enum Motion {
     Idle(Idle),
     ProfilePosition(ProfilePosition),
+    Velocity(Velocity),
     ProfileVelocity(ProfileVelocity),
     ProfileTorque(ProfileTorque),
+    InterpolatedPosition(InterpolatedPosition),
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
@@ -117,9 +145,13 @@ pub(crate) enum Motion {
 impl Motion {
     pub(crate) const IDLE: Motion = Motion::Idle(Idle);
 
-    /// The generator of `mode`, starting where the axis stands.
-    pub(crate) fn start(mode: Mode, inputs: &Inputs<'_>) -> Motion {
-        match mode {
+    /// The generator of the mode in force, starting where the axis stands under `word`.
+    pub(crate) fn start(word: Controlword, inputs: &Inputs<'_>) -> Motion {
+        match inputs.mode {
+            Mode::VELOCITY => Motion::Velocity(Velocity::new(word, inputs)),
+            Mode::INTERPOLATED_POSITION => {
+                Motion::InterpolatedPosition(InterpolatedPosition::new(word, inputs))
+            }
             Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
             Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
             Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
@@ -134,6 +166,8 @@ impl Motion {
         match self {
             Motion::Idle(mode) => mode,
             Motion::ProfilePosition(mode) => mode,
+            Motion::Velocity(mode) => mode,
+            Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
@@ -146,6 +180,8 @@ impl Motion {
         match self {
             Motion::Idle(mode) => mode,
             Motion::ProfilePosition(mode) => mode,
+            Motion::Velocity(mode) => mode,
+            Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
             Motion::CyclicPosition(mode) => mode,

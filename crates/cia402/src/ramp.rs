@@ -2,6 +2,35 @@
 
 use crate::arithmetic::{least, sign};
 
+/// A velocity on its way, and how it changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Velocity {
+    /// Counts/s.
+    pub(crate) velocity: f64,
+    /// Counts/s²; 0 on linear ramps.
+    pub(crate) acceleration: f64,
+}
+
+impl Velocity {
+    /// `dt` seconds later on the way to `target`, with limited jerk or on a linear [`ramp`].
+    pub(crate) fn towards(
+        self,
+        target: f64,
+        up: f64,
+        down: f64,
+        jerk: Option<f64>,
+        dt: f64,
+    ) -> Velocity {
+        match jerk {
+            Some(jerk) => self.softly_towards(target, up, down, jerk, dt),
+            None => Velocity {
+                velocity: ramp(self.velocity, target, up, down, dt),
+                acceleration: 0.0,
+            },
+        }
+    }
+}
+
 /// The velocity `dt` seconds after `value`, on the way to `target`. `up` is the rate away from
 /// zero, `down` the rate towards zero; through zero one follows the other.
 pub(crate) fn ramp(value: f64, target: f64, up: f64, down: f64, dt: f64) -> f64 {

@@ -38,7 +38,7 @@ fn anything_may_be_written_at_any_time() {
                 size: integer as u32,
                 time_ms: random.below(3) as u16,
             });
-            match random.below(40) {
+            match random.below(44) {
                 0 => configuration.profile_velocity = number,
                 1 => configuration.acceleration = number,
                 2 => configuration.deceleration = number,
@@ -101,7 +101,24 @@ fn anything_may_be_written_at_any_time() {
                 }
                 34 => axis.set_point(Target::Position, &configuration, &targets, &actual),
                 35 => axis.set_point(Target::Velocity, &configuration, &targets, &actual),
-                36 => axis.set_point(Target::Torque, &configuration, &targets, &actual),
+                36 => {
+                    let target = [Target::Torque, Target::VlVelocity][random.below(2) as usize];
+                    axis.set_point(target, &configuration, &targets, &actual);
+                }
+                38 => {
+                    axis.push_set_point(integer, &configuration, &targets, &actual);
+                    axis.sync(&configuration, &targets, &actual);
+                }
+                39 if random.below(4) == 0 => match random.below(8) {
+                    0 => configuration.jerk = window.map(|_| number),
+                    1 => configuration.vl.counts_per_s = number,
+                    2 => configuration.vl.acceleration = number,
+                    3 => configuration.vl.deceleration = number,
+                    4 => configuration.vl.quick_stop_deceleration = number,
+                    5 => configuration.interpolation_buffer = integer as u8,
+                    6 => targets.vl_velocity = integer as i16,
+                    _ => axis.clear_buffer(integer != 0),
+                },
                 37 if random.below(20) == 0 => {
                     axis.connection_lost(&configuration, &targets, &actual);
                 }

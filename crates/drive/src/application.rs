@@ -1,13 +1,13 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, Target};
+use cia402::{Actual, Axis, Configuration, Mode, ModeRefused, Target};
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
 use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
 use crate::parameters::{LoopParameters, read_parameters};
 use crate::publish::publish;
@@ -94,6 +94,7 @@ impl Application {
         let targets = [
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
+            (class::TARGET_VL_VELOCITY, Target::VlVelocity),
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
@@ -105,6 +106,17 @@ impl Application {
             }
         }
         self.take_demand();
+    }
+
+    /// A SYNC was received; what came with it has been acted upon.
+    pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
+        self.faults.sync(now);
+        if self.axis.mode() == Mode::INTERPOLATED_POSITION {
+            let targets = read_targets(image, &self.personality.axis);
+            let actual = self.actual();
+            self.axis.sync(&self.configuration, &targets, &actual);
+            self.take_demand();
+        }
     }
 
     /// Once per millisecond.
@@ -283,6 +295,20 @@ impl Application {
         }
     }
 
+    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
+    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let taken =
+            self.axis
+                .push_set_point(position, &self.configuration, &targets, &actual);
+        if taken {
+            Verdict::Accept
+        } else {
+            Verdict::Refuse(Abort::DEVICE_STATE)
+        }
+    }
+
     /// A change of direction under power would turn the demand round.
     fn write_polarity(&self, polarity: i8) -> Verdict {
         match polarity {
@@ -333,10 +359,21 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.interpolation_data == Some(object) {
+            return self.write_interpolation_data(image, raw as i32);
+        }
+        if objects.targets.interpolation_clear == Some(object) {
+            self.axis.clear_buffer(raw != 0);
+            return Verdict::Done;
+        }
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
+                return Verdict::Accept;
+            }
+            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
             _ => {}
         }
         match object.index {
@@ -362,6 +399,7 @@ impl Application {
             &self.axis,
             &self.feedback,
             self.loops.pm_per_ampere,
+            self.configuration.vl.counts_per_s,
         );
     }
 }

@@ -1,5 +1,6 @@
 //! Mode 1, profile position: set-points handed over by a handshake, moved to by a profile.
 
+use crate::arithmetic::magnitude;
 use crate::path::Path;
 use crate::profile::ProfileLimits;
 use crate::windows::Arrival;
@@ -17,6 +18,7 @@ struct SetPoint {
     profile_velocity: f32,
     acceleration: f32,
     deceleration: f32,
+    jerk: Option<f32>,
 }
 
 /// A set-point on its way: the target in the path's counts, and what limits cut.
@@ -24,6 +26,7 @@ struct SetPoint {
 struct Move {
     target: i64,
     limits: ProfileLimits,
+    jerk: Option<f64>,
     cut: Limited,
 }
 
@@ -55,7 +58,7 @@ pub(crate) struct ProfilePosition {
 impl ProfilePosition {
     pub(crate) fn new(inputs: &Inputs<'_>) -> ProfilePosition {
         ProfilePosition {
-            path: Path::stop(&inputs.present, inputs.configuration.slow_down()),
+            path: Path::stop(&inputs.present, inputs.configuration.slow_down(inputs.mode)),
             begun: false,
             active: None,
             next: None,
@@ -90,6 +93,7 @@ impl ProfilePosition {
         Move {
             target: zero.saturating_add(within.value),
             limits,
+            jerk: set_point.jerk.map(magnitude).filter(|&jerk| jerk > 0.0),
             cut: Limited {
                 above: within.above(&wanted),
                 below: within.below(&wanted),
@@ -158,6 +162,7 @@ impl Generator for ProfilePosition {
                 profile_velocity: inputs.configuration.profile_velocity,
                 acceleration: inputs.configuration.acceleration,
                 deceleration: inputs.configuration.deceleration,
+                jerk: inputs.configuration.jerk,
             };
             if now.change_immediately() || !self.busy() {
                 self.next = None;
@@ -176,7 +181,7 @@ impl Generator for ProfilePosition {
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
         if !self.begun {
             self.path
-                .resume(&inputs.present, inputs.configuration.slow_down());
+                .resume(&inputs.present, inputs.configuration.slow_down(inputs.mode));
             self.begun = true;
         }
         if let Some(active) = self.active
@@ -207,6 +212,7 @@ impl Generator for ProfilePosition {
             self.path.go(
                 beyond.map_or(active.target, |(_, target)| target),
                 active.limits,
+                active.jerk,
             );
         }
         Some(self.path.tick())
@@ -215,7 +221,7 @@ impl Generator for ProfilePosition {
     /// Set-points are taken all the same; they count from where the axis has come to.
     fn halted(&mut self, inputs: &Inputs<'_>) {
         self.path
-            .restart(&inputs.present, inputs.configuration.slow_down());
+            .restart(&inputs.present, inputs.configuration.slow_down(inputs.mode));
     }
 
     fn resume(&mut self, inputs: &Inputs<'_>) {

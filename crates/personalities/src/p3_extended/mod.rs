@@ -6,6 +6,7 @@
 mod axis;
 mod communication;
 mod faults;
+mod modes;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -20,6 +21,7 @@ const ROWS: &[&[Row]] = &[
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
     axis::ROWS,
+    modes::ROWS,
     p3::faults::OBJECT_ROWS,
     faults::ENABLE_ROWS,
 ];
@@ -39,9 +41,9 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     ..canopen::Dialect::STANDARD
 };
 
-/// Plain CiA 402, with the P3's modes.
+/// Plain CiA 402, with the P3's modes and more.
 pub const CIA402: cia402::Dialect = cia402::Dialect {
-    modes: p3::axis::MODES,
+    modes: axis::MODES,
     ..cia402::Dialect::STANDARD
 };
 
