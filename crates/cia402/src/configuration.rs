@@ -34,9 +34,9 @@ pub struct VlConfiguration {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Slowing {
     /// Counts/s², above 0.
-    pub(crate) rate: f64,
-    /// Counts/s³, above 0; `None`: a linear ramp.
-    pub(crate) jerk: Option<f64>,
+    pub(crate) rate: f32,
+    /// Counts/s³; 0: a linear ramp.
+    pub(crate) jerk: f32,
 }
 
 /// Limits and profile parameters in internal units. It changes when objects change, not with time.
@@ -65,9 +65,9 @@ pub struct Configuration {
     pub position_limits: Option<(i32, i32)>,
     /// Greatest torque, per mille of rated torque (0x6072); negative or NaN: 0.
     pub max_torque_pm: f32,
-    /// Jerk of profile position and profile velocity, counts/s³ (0x60A4, if 0x6086 is 3); `None` or
+    /// Jerk of profile position and profile velocity, counts/s³ (0x60A4, if 0x6086 is 3); 0 or
     /// unusable: linear ramps.
-    pub jerk: Option<f32>,
+    pub jerk: f32,
     /// Unit and ramps of velocity mode (2).
     pub vl: VlConfiguration,
     /// Torque slope, per mille of rated torque per second (0x6087); `None` or unusable: at once.
@@ -77,19 +77,19 @@ pub struct Configuration {
     /// Set-points that the buffer of interpolated position takes (0x60C4,2), 16 at most.
     pub interpolation_buffer: u8,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
-    pub quick_stop_option: i16,
+    pub quick_stop_option: i8,
     /// Shutdown option code (0x605B): 1 slows down on the slow-down ramp first; others free the
     /// motor at once.
-    pub shutdown_option: i16,
+    pub shutdown_option: i8,
     /// Disable operation option code (0x605C): 0 frees the motor at once; others slow down first.
-    pub disable_option: i16,
+    pub disable_option: i8,
     /// Halt option code (0x605D), 1 to 4; others count as 1.
-    pub halt_option: i16,
+    pub halt_option: i8,
     /// Fault reaction option code (0x605E), 0 to 4; others count as 2.
-    pub fault_reaction_option: i16,
+    pub fault_reaction_option: i8,
     /// Abort connection option code (0x6007): 1 fault, 2 disable voltage, 3 quick stop; others:
     /// nothing happens.
-    pub abort_connection_option: i16,
+    pub abort_connection_option: i8,
     /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
     pub following_warning: Option<Window>,
     /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
@@ -123,7 +123,7 @@ impl Default for Configuration {
             max_deceleration: None,
             position_limits: None,
             max_torque_pm: 1000.0,
-            jerk: None,
+            jerk: 0.0,
             vl: VlConfiguration::default(),
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
@@ -246,10 +246,10 @@ impl Configuration {
             _ => (self.deceleration, self.acceleration),
         };
         Slowing {
-            rate: self.deceleration(down, up).value,
+            rate: self.deceleration(down, up).value as f32,
             jerk: match mode {
-                Mode::PROFILE_POSITION | Mode::PROFILE_VELOCITY => self.jerk(),
-                _ => None,
+                Mode::PROFILE_POSITION | Mode::PROFILE_VELOCITY => self.jerk,
+                _ => 0.0,
             },
         }
     }
@@ -261,17 +261,13 @@ impl Configuration {
             _ => self.quick_stop_deceleration,
         };
         let rate = if rate > 0.0 {
-            self.deceleration(rate, rate).value
+            self.deceleration(rate, rate).value as f32
         } else {
             self.slow_down(mode).rate
         };
-        Slowing { rate, jerk: None }
+        Slowing { rate, jerk: 0.0 }
     }
 
-    /// The jerk of profiles, counts/s³; `None`: they are linear.
-    pub(crate) fn jerk(&self) -> Option<f64> {
-        self.jerk.map(magnitude).filter(|&jerk| jerk > 0.0)
-    }
 
     /// A position within the limits.
     pub(crate) fn position(&self, value: i64) -> Cut<i64> {

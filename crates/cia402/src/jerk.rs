@@ -4,14 +4,10 @@ use crate::arithmetic::{AT_ONCE, greatest, least, sign, square_root};
 use crate::profile::ProfileLimits;
 use crate::ramp::Velocity;
 
-/// A change of velocity: three phases of constant jerk, the second without.
+/// A change of velocity: three phases of constant jerk, the second without. Durations in s; that of
+/// a phase with negative jerk is negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Change {
-    /// Counts/s³ in the first and in the last phase.
-    jerks: [f64; 2],
-    /// Of the three phases.
-    durations_s: [f64; 3],
-}
+struct Change([f64; 3]);
 
 /// Position (counts), velocity (counts/s) and acceleration (counts/s²).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,19 +41,17 @@ impl Change {
     fn new(velocity: f64, acceleration: f64, target: f64, rate: f64, jerk: f64) -> Change {
         let s = sign(target - coasted(velocity, acceleration, jerk));
         if s == 0.0 {
-            return Change {
-                jerks: [-sign(acceleration) * jerk, 0.0],
-                durations_s: [acceleration.abs() / jerk, 0.0, 0.0],
-            };
+            return Change([-acceleration / jerk, 0.0, 0.0]);
         }
         // In the direction of the change.
         let (a, change) = (s * acceleration, s * (target - velocity));
         if a > rate {
             let held = change - a * a / (2.0 * jerk);
-            return Change {
-                jerks: [-s * jerk, -s * jerk],
-                durations_s: [(a - rate) / jerk, greatest(0.0, held) / rate, rate / jerk],
-            };
+            return Change([
+                -s * (a - rate) / jerk,
+                greatest(0.0, held) / rate,
+                -s * rate / jerk,
+            ]);
         }
         let peak = square_root(0.5 * (2.0 * jerk * change + a * a));
         let (peak, held) = if peak > rate {
@@ -66,32 +60,31 @@ impl Change {
         } else {
             (greatest(peak, greatest(a, 0.0)), 0.0)
         };
-        Change {
-            jerks: [s * jerk, -s * jerk],
-            durations_s: [(peak - a) / jerk, held / rate, peak / jerk],
-        }
+        Change([s * (peak - a) / jerk, held / rate, -s * peak / jerk])
     }
 
     fn duration_s(&self) -> f64 {
-        let [first, middle, last] = self.durations_s;
-        first + middle + last
+        self.0.iter().map(|duration| duration.abs()).sum()
     }
 
     /// The phases: jerk and duration.
-    fn phases(&self) -> [(f64, f64); 3] {
-        let [first, middle, last] = self.durations_s;
-        let [begin, end] = self.jerks;
-        [(begin, first), (0.0, middle), (end, last)]
+    fn phases(&self, jerk: f64) -> [(f64, f64); 3] {
+        let [first, middle, last] = self.0;
+        [
+            (jerk.copysign(first), first.abs()),
+            (0.0, middle.abs()),
+            (jerk.copysign(last), last.abs()),
+        ]
     }
 
     /// The counts that it covers.
-    fn distance(&self, velocity: f64, acceleration: f64) -> f64 {
+    fn distance(&self, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
         let start = Motion {
             position: 0.0,
             velocity,
             acceleration,
         };
-        self.phases()
+        self.phases(jerk)
             .into_iter()
             .fold(start, |motion, (jerk, t)| motion.after(jerk, t))
             .position
@@ -99,79 +92,88 @@ impl Change {
 }
 
 impl Velocity {
-    /// `dt` seconds later on the way to `target` with limited jerk. `up` is the rate away from zero, `down` the rate
-    /// towards zero, `jerk` counts/s³. If the rates differ, the velocity turns round at zero
-    /// without acceleration.
-    pub(crate) fn softly_towards(self, target: f64, up: f64, down: f64, jerk: f64, dt: f64) -> Velocity {
-        let mut now = self;
-        let mut left = dt;
-        // To zero, from zero, and what is left at the target.
-        for _ in 0..3 {
-            let coasted = coasted(now.velocity, now.acceleration, jerk);
-            let goal = if up != down && coasted * target < 0.0 {
-                0.0
-            } else {
-                target
-            };
-            let rate = if goal.abs() > coasted.abs() { up } else { down };
-            // What may not speed up ends its acceleration.
-            let goal = if rate > 0.0 { goal } else { coasted };
-            let change = Change::new(
-                now.velocity,
-                now.acceleration,
-                goal,
-                if rate > 0.0 { rate } else { 1.0 },
-                jerk,
-            );
-            if change.duration_s() > left {
-                let mut motion = Motion {
-                    position: 0.0,
-                    velocity: now.velocity,
-                    acceleration: now.acceleration,
-                };
-                for (jerk, duration) in change.phases() {
-                    let t = least(left, duration);
-                    motion = motion.after(jerk, t);
-                    left -= t;
-                    if left <= 0.0 {
-                        break;
-                    }
-                }
-                return Velocity {
-                    velocity: motion.velocity,
-                    acceleration: motion.acceleration,
-                };
-            }
-            left -= change.duration_s();
-            now = Velocity {
+    /// `dt` seconds later on the way to `target` with limited jerk. `up` is the rate away from
+    /// zero, `down` the rate towards zero, `jerk` counts/s³, above 0. Through zero it is the lesser
+    /// of both.
+    pub(crate) fn softly_towards(
+        self,
+        target: f64,
+        up: f64,
+        down: f64,
+        jerk: f64,
+        dt: f64,
+    ) -> Velocity {
+        let coasted = coasted(self.velocity, self.acceleration, jerk);
+        let crosses = coasted * target < 0.0 || self.velocity * target < 0.0;
+        let (goal, rate) = if crosses && up > 0.0 {
+            (target, least(up, down))
+        } else if crosses {
+            (0.0, down)
+        } else if target.abs() <= coasted.abs() {
+            (target, down)
+        } else if up > 0.0 {
+            (target, up)
+        } else {
+            // It may not speed up: what acceleration there is ends.
+            (coasted, down)
+        };
+        let change = Change::new(self.velocity, self.acceleration, goal, rate, jerk);
+        if change.duration_s() <= dt {
+            return Velocity {
                 velocity: goal,
                 acceleration: 0.0,
             };
         }
-        now
+        let mut motion = Motion {
+            position: 0.0,
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+        };
+        let mut left = dt;
+        for (jerk, duration) in change.phases(jerk) {
+            let t = least(left, duration);
+            motion = motion.after(jerk, t);
+            left -= t;
+        }
+        Velocity {
+            velocity: motion.velocity,
+            acceleration: motion.acceleration,
+        }
     }
 }
 
-/// A planned move with limited jerk: at most ten phases of constant jerk, evaluated at any time,
-/// so nothing accumulates and the end is exact. Positions are relative to the start.
+/// A planned move with limited jerk: seven phases of constant jerk, evaluated at any time, so
+/// nothing accumulates and the end is exact. Positions are relative to the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JerkProfile {
     velocity: f64,
     acceleration: f64,
-    /// To rest first, if the move leads back.
-    stop: Change,
     /// To the peak velocity.
     rise: Change,
     cruise_s: f64,
     /// To rest at the target.
     fall: Change,
     distance: f64,
-    duration_s: f64,
+    jerk: f32,
     arrives: bool,
 }
 
 /// How often the peak velocity is improved; it takes a dozen steps.
 const ITERATIONS: u32 = 80;
+
+/// Above 0, and as much as a profile can use.
+fn usable(x: f64) -> Option<f64> {
+    (x > 0.0).then(|| least(x, AT_ONCE))
+}
+
+/// What a profile can begin with.
+fn held(x: f64) -> f64 {
+    if x.is_finite() {
+        greatest(-AT_ONCE, least(x, AT_ONCE))
+    } else {
+        0.0
+    }
+}
 
 impl JerkProfile {
     /// A profile over `distance` counts that ends at rest, without acceleration. It starts with
@@ -179,7 +181,7 @@ impl JerkProfile {
     /// the limits is brought back within them first.
     ///
     /// From rest it is the quickest there is. If the target lies before the place where the axis
-    /// can stop, the axis stops first and comes back.
+    /// can stop, the axis turns round, with the lesser of both rates.
     ///
     /// `None` if a limit or the jerk (counts/s³) is not above 0: then there is no such profile.
     pub fn new(
@@ -187,64 +189,47 @@ impl JerkProfile {
         velocity: f64,
         acceleration: f64,
         limits: ProfileLimits,
-        jerk: f64,
+        jerk: f32,
     ) -> Option<JerkProfile> {
-        let usable = |x: f64| (x > 0.0).then(|| least(x, AT_ONCE));
-        let held = |x: f64| {
-            if x.is_finite() {
-                greatest(-AT_ONCE, least(x, AT_ONCE))
-            } else {
-                0.0
-            }
-        };
         let limits = ProfileLimits {
             velocity: usable(limits.velocity)?,
             acceleration: usable(limits.acceleration)?,
             deceleration: usable(limits.deceleration)?,
         };
-        let jerk = usable(jerk)?;
+        let j = usable(f64::from(jerk))?;
         let distance = if distance.is_finite() { distance } else { 0.0 };
         let (v0, a0) = (held(velocity), held(acceleration));
 
-        let stop = Change::new(v0, a0, 0.0, limits.deceleration, jerk);
-        let stopping = stop.distance(v0, a0);
-        let s = sign(distance - stopping);
-        let symmetric = limits.acceleration == limits.deceleration;
-        // The way of the axis is known now; from here on in its direction.
-        let turns = !symmetric && s * coasted(v0, a0, jerk) < 0.0;
-        let (stop, start, length) = if s == 0.0 || turns {
-            (stop, (0.0, 0.0), s * (distance - stopping))
-        } else {
-            (Change::default(), (s * v0, s * a0), s * distance)
-        };
+        let stop = Change::new(v0, a0, 0.0, limits.deceleration, j);
+        let s = sign(distance - stop.distance(v0, a0, j));
         let (rise, cruise_s, fall) = if s == 0.0 {
-            (Change::default(), 0.0, Change::default())
+            (stop, 0.0, Change::default())
         } else {
             Way {
-                start,
-                length,
+                start: (s * v0, s * a0),
+                length: s * distance,
                 limits,
-                jerk,
+                jerk: j,
             }
             .plan()
         };
-        let turned = |change: Change| {
-            let [begin, end] = change.jerks;
-            Change {
-                jerks: [s * begin, s * end],
-                ..change
+        let turned = |Change(durations): Change| {
+            // The second has no jerk and no sign.
+            let [first, middle, last] = durations;
+            if s < 0.0 {
+                Change([-first, middle, -last])
+            } else {
+                Change(durations)
             }
         };
-        let (rise, fall) = (turned(rise), turned(fall));
         Some(JerkProfile {
             velocity: v0,
             acceleration: a0,
-            stop,
-            rise,
+            rise: turned(rise),
             cruise_s,
-            fall,
+            fall: turned(fall),
             distance,
-            duration_s: stop.duration_s() + rise.duration_s() + cruise_s + fall.duration_s(),
+            jerk: j as f32,
             arrives: true,
         })
     }
@@ -255,34 +240,25 @@ impl JerkProfile {
         velocity: f64,
         acceleration: f64,
         deceleration: f64,
-        jerk: f64,
+        jerk: f32,
     ) -> Option<JerkProfile> {
-        if !(deceleration > 0.0 && jerk > 0.0) {
-            return None;
-        }
-        let stop = Change::new(
-            velocity,
-            acceleration,
-            0.0,
-            least(deceleration, AT_ONCE),
-            least(jerk, AT_ONCE),
-        );
+        let j = usable(f64::from(jerk))?;
+        let (v0, a0) = (held(velocity), held(acceleration));
         Some(JerkProfile {
-            velocity,
-            acceleration,
-            stop,
-            rise: Change::default(),
+            velocity: v0,
+            acceleration: a0,
+            rise: Change::new(v0, a0, 0.0, usable(deceleration)?, j),
             cruise_s: 0.0,
             fall: Change::default(),
             distance: 0.0,
-            duration_s: stop.duration_s(),
+            jerk: j as f32,
             arrives: false,
         })
     }
 
     /// Time from start to rest, s.
     pub fn duration_s(&self) -> f64 {
-        self.duration_s
+        self.rise.duration_s() + self.cruise_s + self.fall.duration_s()
     }
 
     /// Whether the end is at the distance asked for.
@@ -292,10 +268,10 @@ impl JerkProfile {
 
     /// All phases: jerk and duration.
     fn phases(&self) -> impl Iterator<Item = (f64, f64)> {
+        let jerk = f64::from(self.jerk);
         let cruise = core::iter::once((0.0, self.cruise_s));
-        let (stop, rise) = (self.stop.phases(), self.rise.phases());
-        let before = stop.into_iter().chain(rise);
-        before.chain(cruise).chain(self.fall.phases())
+        let rise = self.rise.phases(jerk).into_iter();
+        rise.chain(cruise).chain(self.fall.phases(jerk))
     }
 
     fn start(&self) -> Motion {
@@ -310,7 +286,7 @@ impl JerkProfile {
     /// `t` s after the start.
     pub fn at(&self, t: f64) -> (f64, f64, f64) {
         // Rounding must not leave a remainder at the end.
-        let ended = t >= self.duration_s;
+        let ended = t >= self.duration_s();
         if ended && self.arrives {
             return (self.distance, 0.0, 0.0);
         }
@@ -322,14 +298,9 @@ impl JerkProfile {
                 break;
             }
             left -= duration;
-            // A change of velocity ends without acceleration; what rounding leaves of it would
-            // add up in a long cruise.
-            let changed = match number {
-                2 => self.stop.duration_s() > 0.0,
-                5 => true,
-                _ => false,
-            };
-            if changed {
+            // The rise ends without acceleration; what rounding leaves of it would add up in a
+            // long cruise.
+            if number == 2 {
                 motion.acceleration = 0.0;
             }
         }
@@ -369,7 +340,8 @@ impl JerkProfile {
     }
 }
 
-/// What lies before the axis, in the direction of its way: it need not turn, and can stop in time.
+/// What lies before the axis, in the direction of its way, which ends behind the place where it can
+/// stop.
 struct Way {
     /// Velocity and acceleration.
     start: (f64, f64),
@@ -382,10 +354,15 @@ impl Way {
     /// To the velocity `peak`, and from there to rest.
     fn over(&self, peak: f64) -> (Change, Change) {
         let (v, a) = self.start;
-        let rate = if peak >= coasted(v, a, self.jerk) {
-            self.limits.acceleration
+        let (up, down) = (self.limits.acceleration, self.limits.deceleration);
+        let coasted = coasted(v, a, self.jerk);
+        let rate = if coasted < 0.0 {
+            // First towards zero, then away from it.
+            least(up, down)
+        } else if peak >= coasted {
+            up
         } else {
-            self.limits.deceleration
+            down
         };
         (
             Change::new(v, a, peak, rate, self.jerk),
@@ -397,7 +374,7 @@ impl Way {
     fn left(&self, peak: f64) -> f64 {
         let (v, a) = self.start;
         let (rise, fall) = self.over(peak);
-        self.length - rise.distance(v, a) - fall.distance(peak, 0.0)
+        self.length - rise.distance(v, a, self.jerk) - fall.distance(peak, 0.0, self.jerk)
     }
 
     /// What is left of the way by rounding, counts: the end is exact without it.

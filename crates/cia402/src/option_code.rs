@@ -47,7 +47,7 @@ impl Braking {
 
 /// The quick stop option code (0x605A), as latched when the quick stop began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct QuickStopCode(i16);
+pub(crate) struct QuickStopCode(i8);
 
 impl QuickStopCode {
     /// The standard's default.

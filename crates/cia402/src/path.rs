@@ -41,12 +41,10 @@ impl Course {
     /// From the present velocity and acceleration to rest.
     fn stop(present: &Present, slowing: Slowing) -> Course {
         let (v, a) = (present.velocity, present.acceleration);
-        match slowing
-            .jerk
-            .and_then(|jerk| JerkProfile::stop(v, a, slowing.rate, jerk))
-        {
+        let rate = f64::from(slowing.rate);
+        match JerkProfile::stop(v, a, rate, slowing.jerk) {
             Some(profile) => Course::JerkLimited(profile),
-            None => Course::Linear(Profile::stop(v, slowing.rate)),
+            None => Course::Linear(Profile::stop(v, rate)),
         }
     }
 
@@ -90,7 +88,7 @@ pub(crate) struct Path {
     origin: i64,
     origin_fraction: f64,
     course: Course,
-    ticks: u64,
+    ticks: u32,
 }
 
 impl Path {
@@ -128,7 +126,7 @@ impl Path {
     }
 
     fn time(&self) -> f64 {
-        self.ticks as f64 * TICK_S
+        f64::from(self.ticks) * TICK_S
     }
 
     /// Whole counts and fraction at the present tick, and the velocity.
@@ -145,12 +143,11 @@ impl Path {
 
     /// From the present tick on: a profile to `target`, in this path's counts. Where there is none
     /// with limited jerk, it is linear.
-    pub(crate) fn go(&mut self, target: i64, limits: ProfileLimits, jerk: Option<f64>) {
+    pub(crate) fn go(&mut self, target: i64, limits: ProfileLimits, jerk: f32) {
         let (position, fraction, velocity) = self.now();
         let (_, _, acceleration) = self.course.at(self.time());
         let distance = target.saturating_sub(position) as f64 - fraction;
-        let limited = jerk
-            .and_then(|jerk| JerkProfile::new(distance, velocity, acceleration, limits, jerk))
+        let limited = JerkProfile::new(distance, velocity, acceleration, limits, jerk)
             .map(Course::JerkLimited);
         let linear = || Course::Linear(Profile::new(distance, velocity, limits));
         *self = Path {

@@ -1,6 +1,6 @@
 //! A value that runs to its target with one rate for speeding up and one for slowing down.
 
-use crate::arithmetic::{least, sign};
+use crate::arithmetic::{least, magnitude, sign};
 
 /// A velocity on its way, and how it changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,15 +18,15 @@ impl Velocity {
         target: f64,
         up: f64,
         down: f64,
-        jerk: Option<f64>,
+        jerk: f32,
         dt: f64,
     ) -> Velocity {
-        match jerk {
-            Some(jerk) => self.softly_towards(target, up, down, jerk, dt),
-            None => Velocity {
-                velocity: ramp(self.velocity, target, up, down, dt),
-                acceleration: 0.0,
-            },
+        if jerk > 0.0 {
+            return self.softly_towards(target, up, down, magnitude(jerk), dt);
+        }
+        Velocity {
+            velocity: ramp(self.velocity, target, up, down, dt),
+            acceleration: 0.0,
         }
     }
 }

@@ -107,7 +107,7 @@ impl Stop {
         };
         let slowing = Slowing {
             rate: 0.0,
-            jerk: None,
+            jerk: 0.0,
         };
         Stage::Path {
             path: Path::stop(&present, slowing),
@@ -161,7 +161,8 @@ impl Stop {
             } => {
                 let from = demand.velocity;
                 if let Some(slowing) = slowing {
-                    *demand = demand.towards(0.0, slowing.rate, slowing.rate, slowing.jerk, TICK_S);
+                    let rate = f64::from(slowing.rate);
+                    *demand = demand.towards(0.0, rate, rate, slowing.jerk, TICK_S);
                 }
                 let to = demand.velocity;
                 Demand::Velocity {

@@ -266,12 +266,14 @@ fn another_name_for_the_position_moves_nothing() {
     rig.word(GO);
     rig.run_ms(10);
     rig.axis.preset_position(1000);
-    rig.actual.position += 1000;
+    rig.place(1000);
     rig.actual.demand_position += 1000;
+    rig.demand = *rig.axis.demand();
     rig.run_ms(2);
     assert_eq!(rig.status() & REACHED, REACHED);
     assert!(push(&mut rig, 1080));
-    rig.fetch();
+    rig.run_ms(1);
+    assert!(matches!(rig.demand, Demand::Position { start: 1040, .. }));
     rig.run_ms(4);
-    assert!(matches!(rig.demand, Demand::Position { start: 1040, .. }), "{:?}", rig.demand);
+    assert_eq!(rig.actual.position, 1080);
 }

@@ -14,7 +14,7 @@ fn limits(velocity: f64, acceleration: f64, deceleration: f64) -> ProfileLimits 
 }
 
 /// From rest.
-fn planned(distance: f64, limits: ProfileLimits, jerk: f64) -> JerkProfile {
+fn planned(distance: f64, limits: ProfileLimits, jerk: f32) -> JerkProfile {
     JerkProfile::new(distance, 0.0, 0.0, limits, jerk).expect("usable limits")
 }
 
@@ -95,12 +95,12 @@ fn without_limits_there_is_none() {
             let mut given = good;
             given[place] = odd;
             let [v, a, d, jerk] = given;
-            let profile = JerkProfile::new(10.0, 0.0, 0.0, limits(v, a, d), jerk);
+            let profile = JerkProfile::new(10.0, 0.0, 0.0, limits(v, a, d), jerk as f32);
             assert!(profile.is_none(), "{given:?}");
         }
     }
     assert!(JerkProfile::stop(10.0, 0.0, 0.0, 10.0).is_none());
-    assert!(JerkProfile::stop(10.0, 0.0, 10.0, f64::NAN).is_none());
+    assert!(JerkProfile::stop(10.0, 0.0, 10.0, f32::NAN).is_none());
 }
 
 #[test]
@@ -121,8 +121,9 @@ fn judge(
     distance: f64,
     start: (f64, f64),
     limits: ProfileLimits,
-    jerk: f64,
+    jerk: f32,
 ) {
+    let jerk = f64::from(jerk);
     let case = format!("{distance} from {start:?} within {limits:?}, {jerk}: {profile:?}");
     let duration = profile.duration_s();
     assert!(duration.is_finite() && duration >= 0.0, "{case}");
@@ -196,7 +197,7 @@ fn random_moves_keep_every_limit_and_arrive() {
         } else {
             random.scaled(1.0, 1e8)
         };
-        let jerk = random.scaled(1.0, 1e10);
+        let jerk = random.scaled(1.0, 1e10) as f32;
         let limits = limits(v, a, d);
         let distance = random.sign() * random.scaled(1e-3, 1e9);
         let start = match number % 4 {
@@ -204,7 +205,7 @@ fn random_moves_keep_every_limit_and_arrive() {
             1 => (random.sign() * random.scaled(1e-3, 2.0 * v), 0.0),
             // An acceleration that makes ten times the velocity limit at most before it is gone.
             _ => {
-                let hardest = (2.0 * a.max(d)).min((20.0 * v * jerk).sqrt()).max(2e-3);
+                let hardest = (2.0 * a.max(d)).min((20.0 * v * f64::from(jerk)).sqrt()).max(2e-3);
                 (
                     random.sign() * random.scaled(1e-3, 2.0 * v),
                     random.sign() * random.scaled(1e-3, hardest),
@@ -227,7 +228,7 @@ fn a_plan_made_anew_for_the_same_target_takes_no_longer() {
     for _ in 0..5_000 {
         let v = random.scaled(1e3, 1e6);
         let a = random.scaled(1e4, 1e8);
-        let jerk = random.scaled(1e6, 1e10);
+        let jerk = random.scaled(1e6, 1e10) as f32;
         let limits = limits(v, a, a);
         let distance = random.scaled(10.0, 1e7);
         let whole = planned(distance, limits, jerk);
@@ -258,7 +259,7 @@ fn no_move_from_rest_is_quicker() {
         );
         let distance = random.scaled(10.0, 1e7);
         let linear = cia402::Profile::new(distance, 0.0, limits).duration_s();
-        let soft = planned(distance, limits, random.scaled(1e6, 1e10)).duration_s();
+        let soft = planned(distance, limits, random.scaled(1e6, 1e10) as f32).duration_s();
         assert!(soft >= linear * (1.0 - 1e-9), "{soft} {linear}");
         let hard = planned(distance, limits, 1e12).duration_s();
         assert!(hard - linear < 0.01 * linear + 1e-3, "{hard} {linear}");

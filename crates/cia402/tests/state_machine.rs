@@ -80,7 +80,7 @@ fn expected(
     previous_bit_7: bool,
     one_write: bool,
     ramps: bool,
-    option: i16,
+    option: i8,
 ) -> (State, bool) {
     let rising = word & 0x80 != 0 && !previous_bit_7;
     let (from, reset) = if state == Fault && rising {

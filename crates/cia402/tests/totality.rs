@@ -51,10 +51,10 @@ fn anything_may_be_written_at_any_time() {
                 9 => configuration.torque_slope_pm_per_s = window.map(|_| number),
                 10 => configuration.interpolation_period_ns = integer as u32,
                 11 if random.below(2) == 0 => {
-                    configuration.halt_option = random.below(7) as i16 - 1;
+                    configuration.halt_option = random.below(7) as i8 - 1;
                 }
                 11 => {
-                    let code = random.below(12) as i16 - 2;
+                    let code = random.below(12) as i8 - 2;
                     match random.below(5) {
                         0 => configuration.shutdown_option = code,
                         1 => configuration.disable_option = code,
@@ -110,7 +110,7 @@ fn anything_may_be_written_at_any_time() {
                     axis.sync(&configuration, &targets, &actual);
                 }
                 39 if random.below(4) == 0 => match random.below(8) {
-                    0 => configuration.jerk = window.map(|_| number),
+                    0 => configuration.jerk = number,
                     1 => configuration.vl.counts_per_s = number,
                     2 => configuration.vl.acceleration = number,
                     3 => configuration.vl.deceleration = number,

@@ -28,7 +28,7 @@ pub(crate) struct Application {
     feedback: Feedback<f32>,
     signals: Signals,
     /// What the control half has not taken yet.
-    new_command: Option<Command<f32>>,
+    new_command: bool,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
@@ -63,7 +63,7 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
-            new_command: Some(Command::idle()),
+            new_command: true,
             new_limits: false,
             new_parameters: true,
             new_position: None,
@@ -149,7 +149,15 @@ impl Application {
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
-        self.new_command.take()
+        core::mem::take(&mut self.new_command).then(|| {
+            command(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.configuration,
+                self.max_motor_velocity,
+                &self.loops,
+            )
+        })
     }
 
     /// Limits that changed while the demand goes on.
@@ -204,15 +212,7 @@ impl Application {
     }
 
     fn take_demand(&mut self) {
-        if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(command(
-                &demand,
-                self.axis.mode(),
-                &self.configuration,
-                self.max_motor_velocity,
-                &self.loops,
-            ));
-        }
+        self.new_command |= self.axis.take_demand().is_some();
     }
 
     pub(crate) fn personality(&self) -> &'static Personality {

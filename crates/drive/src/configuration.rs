@@ -91,7 +91,7 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         jerk: objects
             .jerk
             .filter(|(profile_type, _)| image.number(*profile_type) == JERK_LIMITED)
-            .and_then(|(_, jerk)| limit(image, Some(jerk))),
+            .map_or(0.0, |(_, jerk)| value(image, jerk)),
         vl: objects.vl.map_or(VlConfiguration::default(), |objects| {
             read_vl(image, &objects)
         }),
@@ -136,8 +136,8 @@ fn read_vl(image: &Image<'_>, objects: &VlObjects) -> VlConfiguration {
 }
 
 /// An option code, or what a drive without the object does.
-fn code(image: &Image<'_>, object: Option<Field>, otherwise: i16) -> i16 {
-    object.map_or(otherwise, |field| image.number(field) as i16)
+fn code(image: &Image<'_>, object: Option<Field>, otherwise: i8) -> i8 {
+    object.map_or(otherwise, |field| image.number(field) as i8)
 }
 
 /// 0x60C2: value × 10^exponent seconds, in ns; 0 if the drive has no such object.

@@ -1,6 +1,5 @@
 //! Mode 1, profile position: set-points handed over by a handshake, moved to by a profile.
 
-use crate::arithmetic::magnitude;
 use crate::path::Path;
 use crate::profile::ProfileLimits;
 use crate::windows::Arrival;
@@ -18,7 +17,7 @@ struct SetPoint {
     profile_velocity: f32,
     acceleration: f32,
     deceleration: f32,
-    jerk: Option<f32>,
+    jerk: f32,
 }
 
 /// A set-point on its way: the target in the path's counts, and what limits cut.
@@ -26,7 +25,7 @@ struct SetPoint {
 struct Move {
     target: i64,
     limits: ProfileLimits,
-    jerk: Option<f64>,
+    jerk: f32,
     cut: Limited,
 }
 
@@ -93,7 +92,7 @@ impl ProfilePosition {
         Move {
             target: zero.saturating_add(within.value),
             limits,
-            jerk: set_point.jerk.map(magnitude).filter(|&jerk| jerk > 0.0),
+            jerk: set_point.jerk,
             cut: Limited {
                 above: within.above(&wanted),
                 below: within.below(&wanted),

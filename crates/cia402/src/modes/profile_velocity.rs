@@ -83,10 +83,13 @@ impl Generator for ProfileVelocity {
             specific: self.stands(inputs),
         };
 
-        let jerk = configuration.jerk();
-        self.demand = self
-            .demand
-            .towards(target.value, up.value, down.value, jerk, TICK_S);
+        self.demand = self.demand.towards(
+            target.value,
+            up.value,
+            down.value,
+            configuration.jerk,
+            TICK_S,
+        );
         let to = self.demand.velocity;
         let speeds_up = to.abs() > from.abs();
         self.limited = Limited {
