@@ -2,13 +2,13 @@
 
 use crate::arithmetic::{measured, within};
 use crate::conditions::Watch;
-use crate::modes::{BUFFER_SIZE, Bits, Inputs, Limited, Motion};
+use crate::modes::{BUFFER_SIZE, Bits, Homing, Inputs, Limited, Motion};
 use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
 use crate::stop::Stop;
 use crate::{
-    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, Mode, ModeRefused,
-    ModeSet, Outcome, State, Statusword, Target, Targets,
+    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, HomingError, Mode,
+    ModeRefused, ModeSet, Outcome, State, Statusword, Target, Targets, Trigger,
 };
 
 /// The motor is freed if a reaction to a fault has not brought it to rest by then, ms.
@@ -48,6 +48,10 @@ pub struct Axis {
     voltage: bool,
     warning: bool,
     limited: bool,
+    /// Homing has given positions a meaning.
+    homed: bool,
+    /// By how much all positions became greater, until the owner takes it.
+    shift: Option<i32>,
 }
 
 impl Axis {
@@ -70,6 +74,8 @@ impl Axis {
             voltage: false,
             warning: false,
             limited: false,
+            homed: false,
+            shift: None,
         }
     }
 
@@ -112,6 +118,7 @@ impl Axis {
             }
             motion.controlword(previous, now, &inputs);
             self.halt_or_resume(&inputs);
+            self.name_home();
         }
         Outcome {
             before,
@@ -214,6 +221,63 @@ impl Axis {
         }
         if let Demand::Position { start, .. } = &mut self.demand {
             *start = start.wrapping_add(offset);
+        }
+    }
+
+    /// While homing runs, positions have no meaning; where it succeeds, they get one.
+    fn name_home(&mut self) {
+        let Motion::Homing(homing) = &mut self.motion else {
+            return;
+        };
+        self.homed &= !homing.is_running();
+        if let Some(shift) = homing.take_shift() {
+            self.preset_position(shift);
+            self.shift = Some(self.shift.unwrap_or(0).wrapping_add(shift));
+            self.homed = true;
+        }
+    }
+
+    /// By how much all positions have become greater because home was attained, since the last call.
+    /// The axis counts so already; the owner renames the position in the control half before it
+    /// passes the next demand on.
+    pub fn take_position_shift(&mut self) -> Option<i32> {
+        self.shift.take()
+    }
+
+    /// What the control half shall capture for homing, if that changed since the last call.
+    pub fn take_trigger(&mut self) -> Option<Trigger> {
+        match &mut self.motion {
+            Motion::Homing(homing) => homing.take_trigger(),
+            _ => None,
+        }
+    }
+
+    /// Whether homing has been done since the start, and not begun anew without success.
+    pub fn is_homed(&self) -> bool {
+        self.homed
+    }
+
+    fn homing(&self) -> Option<&Homing> {
+        match &self.motion {
+            Motion::Homing(homing) => Some(homing),
+            _ => None,
+        }
+    }
+
+    /// Why homing has failed, in mode 6 until it is started again.
+    pub fn homing_error(&self) -> Option<HomingError> {
+        self.homing().and_then(Homing::error)
+    }
+
+    /// Greatest torque at present, per mille: that of the configuration, or less while the axis is to
+    /// press against a hard stop.
+    pub fn torque_limit_pm(&self, configuration: &Configuration) -> f32 {
+        let stop = configuration.homing.stop_torque_pm;
+        let presses = self.homing().is_some_and(Homing::presses);
+        if presses && stop < configuration.max_torque_pm {
+            stop
+        } else {
+            configuration.max_torque_pm
         }
     }
 
@@ -332,6 +396,7 @@ impl Axis {
             }
             _ => {}
         }
+        self.name_home();
     }
 
     /// Whether the bridge is switched on.
@@ -394,6 +459,7 @@ impl Axis {
         let following = self.state == State::OperationEnabled
             && matches!(self.mode, Mode::PROFILE_POSITION | Mode::CYCLIC_POSITION)
             && self.watch.following();
+        let homing_failed = self.state == State::OperationEnabled && self.homing_error().is_some();
         Statusword(
             self.state.pattern()
                 | flag(Statusword::VOLTAGE, self.voltage)
@@ -402,7 +468,7 @@ impl Axis {
                 | flag(Statusword::TARGET_REACHED, bits.target_reached)
                 | flag(Statusword::INTERNAL_LIMIT, self.conditions().limited())
                 | flag(Statusword::MODE_12, bits.specific)
-                | flag(Statusword::MODE_13, following),
+                | flag(Statusword::MODE_13, following || homing_failed),
         )
     }
 
@@ -412,10 +478,14 @@ impl Axis {
             State::OperationEnabled if self.stop.is_none() => self.motion.generator().limited(),
             _ => Limited::default(),
         };
-        self.watch.conditions(Limited {
+        let limits = Limited {
             torque: limited.torque || (self.is_powered() && self.limited),
             ..limited
-        })
+        };
+        Conditions {
+            homing_failed: self.homing_error().is_some(),
+            ..self.watch.conditions(limits)
+        }
     }
 
     /// Takes note of what the statusword shows.
@@ -596,7 +666,9 @@ impl Axis {
                     Mode::PROFILE_POSITION | Mode::INTERPOLATED_POSITION => {
                         Stop::by_position(braking, inputs)
                     }
-                    Mode::PROFILE_VELOCITY | Mode::VELOCITY => Stop::by_velocity(braking, inputs),
+                    Mode::PROFILE_VELOCITY | Mode::VELOCITY | Mode::HOMING => {
+                        Stop::by_velocity(braking, inputs)
+                    }
                     // This mode's ramp is the torque slope.
                     Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
                     Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),

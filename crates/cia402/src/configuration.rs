@@ -3,8 +3,9 @@
 //! Speeds and rates are `f32`: their rounding, 6e-8 of the value, is far below what any motor
 //! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
 
-use crate::arithmetic::{AT_ONCE, magnitude};
 use crate::Mode;
+use crate::arithmetic::{AT_ONCE, magnitude};
+use crate::homing::{HomingConfiguration, HomingInputs};
 use crate::modes::BUFFER_SIZE;
 use crate::profile::ProfileLimits;
 
@@ -107,6 +108,8 @@ pub struct Configuration {
     pub velocity_threshold: f32,
     /// How long the speed must exceed the threshold to count as motion, ms (0x6070).
     pub velocity_threshold_time_ms: u16,
+    /// Parameters of mode 6.
+    pub homing: HomingConfiguration,
 }
 
 impl Default for Configuration {
@@ -142,6 +145,7 @@ impl Default for Configuration {
             velocity_window: None,
             velocity_threshold: 0.0,
             velocity_threshold_time_ms: 0,
+            homing: HomingConfiguration::DEFAULT,
         }
     }
 }
@@ -268,7 +272,6 @@ impl Configuration {
         Slowing { rate, jerk: 0.0 }
     }
 
-
     /// A position within the limits.
     pub(crate) fn position(&self, value: i64) -> Cut<i64> {
         let (low, high) = match self.position_limits {
@@ -372,4 +375,6 @@ pub struct Actual {
     pub voltage: bool,
     /// The drive has a warning.
     pub warning: bool,
+    /// Switches and what was captured at them.
+    pub homing: HomingInputs,
 }

@@ -11,7 +11,7 @@
 //! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
 //! (the trapezoid) and [`JerkProfile`], then the modes one by one, then [`Axis`], which ties them together.
 //!
-//! Not here: homing and cyclic torque with angle. [`ModeSet::IMPLEMENTED`] says what works, and
+//! Not here: cyclic torque with angle. [`ModeSet::IMPLEMENTED`] says what works, and
 //! 0x6502 follows from it.
 #![no_std]
 #![cfg_attr(
@@ -31,6 +31,7 @@ mod configuration;
 mod controlword;
 mod demand;
 mod dialect;
+mod homing;
 mod jerk;
 mod mode;
 mod modes;
@@ -51,6 +52,10 @@ pub use configuration::{Actual, Configuration, Target, Targets, VlConfiguration,
 pub use controlword::{Command, Controlword, ControlwordInMode};
 pub use demand::{Demand, Point};
 pub use dialect::Dialect;
+pub use homing::{
+    Captured, Direction, Edge, HomingConfiguration, HomingError, HomingInputs, HomingMethod,
+    Switch, Trigger,
+};
 pub use jerk::JerkProfile;
 pub use mode::{Mode, ModeSet};
 pub use outcome::{ModeRefused, Outcome};

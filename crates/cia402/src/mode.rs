@@ -73,6 +73,7 @@ impl ModeSet {
         .with(Mode::VELOCITY)
         .with(Mode::PROFILE_VELOCITY)
         .with(Mode::PROFILE_TORQUE)
+        .with(Mode::HOMING)
         .with(Mode::INTERPOLATED_POSITION)
         .with(Mode::CYCLIC_POSITION)
         .with(Mode::CYCLIC_VELOCITY)

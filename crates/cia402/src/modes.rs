@@ -3,6 +3,7 @@
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
+mod homing;
 mod interpolated_position;
 mod line;
 mod profile_position;
@@ -15,6 +16,7 @@ use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
 use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
+pub(crate) use homing::Homing;
 pub(crate) use interpolated_position::BUFFER_SIZE;
 use interpolated_position::InterpolatedPosition;
 use profile_position::ProfilePosition;
@@ -46,7 +48,8 @@ pub(crate) struct Limited {
     pub(crate) torque: bool,
 }
 
-/// The statusword bits that a mode owns. Bit 13 is the following error, which the axis watches.
+/// The statusword bits that a mode owns. Bit 13, the following error or an error of homing, is the
+/// axis's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Bits {
     /// Bit 10.
@@ -136,6 +139,7 @@ pub(crate) enum Motion {
     Velocity(Velocity),
     ProfileVelocity(ProfileVelocity),
     ProfileTorque(ProfileTorque),
+    Homing(Homing),
     InterpolatedPosition(InterpolatedPosition),
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
@@ -155,6 +159,7 @@ impl Motion {
             Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
             Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
             Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
+            Mode::HOMING => Motion::Homing(Homing::new(inputs)),
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
@@ -170,6 +175,7 @@ impl Motion {
             Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
@@ -184,6 +190,7 @@ impl Motion {
             Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,

@@ -215,7 +215,8 @@ impl Path {
         demand
     }
 
-    fn hold(position: i64, fraction: f64) -> Demand {
+    /// A demand that stays.
+    pub(crate) fn hold(position: i64, fraction: f64) -> Demand {
         let (start, fraction) = whole(position, fraction);
         Demand::Position {
             start,

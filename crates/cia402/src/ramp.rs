@@ -13,14 +13,7 @@ pub(crate) struct Velocity {
 
 impl Velocity {
     /// `dt` seconds later on the way to `target`, with limited jerk or on a linear [`ramp`].
-    pub(crate) fn towards(
-        self,
-        target: f64,
-        up: f64,
-        down: f64,
-        jerk: f32,
-        dt: f64,
-    ) -> Velocity {
+    pub(crate) fn towards(self, target: f64, up: f64, down: f64, jerk: f32, dt: f64) -> Velocity {
         if jerk > 0.0 {
             return self.softly_towards(target, up, down, magnitude(jerk), dt);
         }

@@ -30,8 +30,7 @@ fn push(rig: &mut Rig, position: i32) -> bool {
 }
 
 fn sync(rig: &mut Rig) {
-    rig.axis
-        .sync(&rig.configuration, &rig.targets, &rig.actual);
+    rig.axis.sync(&rig.configuration, &rig.targets, &rig.actual);
     rig.fetch();
 }
 
@@ -53,7 +52,10 @@ fn a_filled_buffer_is_passed_by_the_drives_own_clock() {
             rig.run_ms(period_ms);
             assert_eq!(rig.status() & ACTIVE, ACTIVE, "{number}");
             let seen = rig.sample().position;
-            assert!((seen - f64::from(position)).abs() < 1e-2, "{number}: {seen}");
+            assert!(
+                (seen - f64::from(position)).abs() < 1e-2,
+                "{number}: {seen}"
+            );
             assert_eq!(rig.axis.buffered(), 7 - number as u8);
         }
         // Straight lines: the velocity is constant within each period.
@@ -91,7 +93,10 @@ fn periods_that_are_no_whole_milliseconds_keep_their_time() {
         rig.run_ms(10);
         // Each set-point is passed at a tick, half a millisecond late at most.
         let seen = rig.sample().position;
-        assert!((seen - f64::from(ms) * 10.0).abs() <= 5.0 + 1e-2, "{ms}: {seen}");
+        assert!(
+            (seen - f64::from(ms) * 10.0).abs() <= 5.0 + 1e-2,
+            "{ms}: {seen}"
+        );
     }
 }
 
@@ -209,7 +214,10 @@ fn bit_4_stops_on_the_slow_down_ramp_and_keeps_the_rest() {
     assert_eq!(rig.sample().velocity, 0.0);
     assert!((rig.sample().position - 350.0).abs() < 10.0);
     for pair in rig.trace.windows(2) {
-        assert!((pair[1].velocity - pair[0].velocity).abs() <= 11.0, "{pair:?}");
+        assert!(
+            (pair[1].velocity - pair[0].velocity).abs() <= 11.0,
+            "{pair:?}"
+        );
     }
     let held = rig.axis.buffered();
     assert!((10..=11).contains(&held), "{held}");

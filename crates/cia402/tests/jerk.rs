@@ -205,7 +205,9 @@ fn random_moves_keep_every_limit_and_arrive() {
             1 => (random.sign() * random.scaled(1e-3, 2.0 * v), 0.0),
             // An acceleration that makes ten times the velocity limit at most before it is gone.
             _ => {
-                let hardest = (2.0 * a.max(d)).min((20.0 * v * f64::from(jerk)).sqrt()).max(2e-3);
+                let hardest = (2.0 * a.max(d))
+                    .min((20.0 * v * f64::from(jerk)).sqrt())
+                    .max(2e-3);
                 (
                     random.sign() * random.scaled(1e-3, 2.0 * v),
                     random.sign() * random.scaled(1e-3, hardest),

@@ -99,7 +99,7 @@ fn velocity_ramps_are_rounded() {
         (10_000, 125), // v/a + a/j = 100 + 25
         (0, 100),      // v/d + d/j = 50 + 50
         (-10_000, 125),
-        (-9_990, 4), // 2·√(Δv/j) = 3.2
+        (-9_990, 4),  // 2·√(Δv/j) = 3.2
         (5_000, 175), // Δv/a + a/j = 149.9 + 25
     ] {
         rig.targets.velocity = target;
@@ -107,7 +107,10 @@ fn velocity_ramps_are_rounded() {
         rig.run_ms(ms - 3);
         assert_ne!(rig.sample().velocity, f64::from(target), "{target}");
         rig.run_ms(6);
-        assert!((rig.sample().velocity - f64::from(target)).abs() < 1e-2, "{target}");
+        assert!(
+            (rig.sample().velocity - f64::from(target)).abs() < 1e-2,
+            "{target}"
+        );
         assert_eq!(rig.status() & REACHED, REACHED, "{target}");
     }
     soft(&rig, 10_000.0, 200_000.0, f64::from(JERK));

@@ -313,7 +313,7 @@ fn the_modes_of_the_manual_only_when_enabled() {
     rig.word(0x06);
     rig.word(0x0F);
     for number in i8::MIN..=i8::MAX {
-        let works = [0, 1, 2, 3, 4, 7, 8, 9, 10].contains(&number);
+        let works = [0, 1, 2, 3, 4, 6, 7, 8, 9, 10].contains(&number);
         let mode = Mode(number);
         assert_eq!(
             rig.mode(mode),
@@ -344,13 +344,13 @@ fn the_modes_of_the_manual_only_when_enabled() {
 
 #[test]
 fn supported_drive_modes_are_the_working_ones() {
-    // Bits 0 PP, 1 VL, 2 PV, 3 TQ, 6 IP, 7 CSP, 8 CSV, 9 CST.
-    assert_eq!(STANDARD.supported_drive_modes(), 0x03CF);
+    // Bits 0 PP, 1 VL, 2 PV, 3 TQ, 5 HM, 6 IP, 7 CSP, 8 CSV, 9 CST.
+    assert_eq!(STANDARD.supported_drive_modes(), 0x03EF);
     // A dialect cannot claim what does not work.
     let boastful = Dialect {
         modes: cia402::ModeSet::EMPTY
             .with(Mode::PROFILE_POSITION)
-            .with(Mode::HOMING)
+            .with(Mode(5))
             .with(Mode(-3)),
         ..Dialect::STANDARD
     };

@@ -97,6 +97,11 @@ impl<R: Real> Cascade<R> {
         self.matched_velocity = R::select(turned, -self.matched_velocity, self.matched_velocity);
     }
 
+    /// Whether both have the same parameters.
+    pub fn is_tuned_like(&self, other: &Self) -> bool {
+        self.constants == other.constants
+    }
+
     /// Takes a segment; it starts with the next period. With the one that enables the bridge, a
     /// closed position loop starts at the actual position whatever the command says, and the
     /// integrators start without a bump; the next segment's position counts.
@@ -129,10 +134,22 @@ impl<R: Real> Cascade<R> {
     /// Gives the present position another name (0x6064 written). The demand moves along, so the
     /// axis does not.
     pub fn preset_position(&mut self, position: R::Count) {
-        let offset = R::count_sub(position, self.tracker.position());
+        self.rename(R::count_sub(position, self.tracker.position()));
+        self.tracker.preset(position);
+    }
+
+    /// Makes all positions `offset` greater, also while the axis moves. The demand moves along.
+    pub fn rename(&mut self, offset: R::Count) {
         self.segment.shift(offset);
         self.shown.0 = R::count_add(self.shown.0, offset);
-        self.tracker.preset(position);
+        self.tracker
+            .preset(R::count_add(self.tracker.position(), offset));
+    }
+
+    /// Position over many turns, counts, wrapping: that of the last period.
+    #[inline]
+    pub fn position(&self) -> R::Count {
+        self.tracker.position()
     }
 
     /// One control period: what the sensors say at its start, and what the bridge shall do.

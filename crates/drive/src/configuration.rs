@@ -1,8 +1,8 @@
 //! From the dictionary to the axis: limits, profile parameters and targets in internal units.
 
 use canopen::{Field, Image};
-use cia402::{Axis, Configuration, Targets, VlConfiguration, Window};
-use personalities::{AxisObjects, Scaled, TargetWindow, VlObjects, WindowObjects};
+use cia402::{Axis, Configuration, HomingConfiguration, Targets, VlConfiguration, Window};
+use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, VlObjects, WindowObjects};
 
 /// The value of an object in internal units.
 #[inline]
@@ -114,6 +114,32 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         velocity_window: target_window(image, objects.velocity_window),
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
+        homing: axis.homing.map_or(HomingConfiguration::DEFAULT, |objects| {
+            homing(image, &objects)
+        }),
+    }
+}
+
+/// What homing needs of the dictionary; the counts of a turn are the motor's.
+fn homing(image: &Image<'_>, objects: &HomingObjects) -> HomingConfiguration {
+    let configuration = HomingConfiguration {
+        method: image.number(objects.method) as i8,
+        offset: count(image, objects.offset),
+        ..HomingConfiguration::DEFAULT
+    };
+    let Some(search) = objects.search else {
+        return configuration;
+    };
+    HomingConfiguration {
+        switch_velocity: value(image, search.switch_velocity),
+        zero_velocity: value(image, search.zero_velocity),
+        acceleration: value(image, search.acceleration),
+        stop_torque_pm: value(image, search.stop_torque),
+        stop_time_ms: image.raw(search.stop_time_ms) as u16,
+        back_off: image.raw(search.back_off),
+        timeout_ms: image.raw(search.timeout_ms),
+        range: image.raw(search.range),
+        ..configuration
     }
 }
 

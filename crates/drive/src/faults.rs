@@ -6,6 +6,7 @@ use control::Feedback;
 use control::io::{Magnet, Signals};
 use personalities::{Cause, FaultRow, Kind, Personality, States, Switch};
 
+use crate::captures::{HOME, NEGATIVE_LIMIT, POSITIVE_LIMIT};
 use crate::configuration::value;
 
 /// Counts within a millisecond beyond which a position has not moved but got another sign (0x607E).
@@ -63,6 +64,10 @@ pub(crate) struct Observation<'a> {
     pub(crate) signals: &'a Signals,
     pub(crate) parameters_are_valid: bool,
     pub(crate) enabled: bool,
+    /// In the order of 0x60FD.
+    pub(crate) active_inputs: u32,
+    /// Switches mean something to the present mode, or nothing moves.
+    pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
     pub(crate) connection_matters: bool,
 }
@@ -361,14 +366,18 @@ impl FaultManager {
             Cause::MagnetDistance => seen.signals.magnet != Magnet::Good,
             Cause::ShortCircuit => feedback.overcurrent,
             Cause::EncoderFeedback => !feedback.encoder_valid,
-            Cause::MotorTemperature
-            | Cause::MotorPhasing
-            | Cause::PositiveLimitSwitch
-            | Cause::NegativeLimitSwitch
-            | Cause::HomeSwitch
-            | Cause::Homing => false,
+            Cause::PositiveLimitSwitch => is_pressed(seen, POSITIVE_LIMIT),
+            Cause::NegativeLimitSwitch => is_pressed(seen, NEGATIVE_LIMIT),
+            Cause::HomeSwitch => is_pressed(seen, HOME),
+            Cause::Homing => conditions.homing_failed,
+            Cause::MotorTemperature | Cause::MotorPhasing => false,
         }
     }
+}
+
+/// Whether a switch is active that should not be.
+fn is_pressed(seen: &Observation<'_>, switch: u32) -> bool {
+    !seen.ignores_switches && seen.active_inputs & switch != 0
 }
 
 fn is_possible(image: &Image<'_>, switch: Switch) -> bool {

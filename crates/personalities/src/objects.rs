@@ -48,6 +48,8 @@ pub struct AxisObjects {
     pub feedback: FeedbackObjects,
     /// Limits and profile parameters.
     pub configuration: ConfigurationObjects,
+    /// Homing, if the axis can.
+    pub homing: Option<HomingObjects>,
     /// 0x6076, rated torque, to which per mille refer, Nm.
     pub rated_torque_nm: Scaled,
     /// 0x607E, direction of positive values, +1 or −1.
@@ -189,6 +191,51 @@ pub struct VlObjects {
     pub deceleration: (Field, Field),
     /// 0x604A,1 and 2: speed and s.
     pub quick_stop: (Field, Field),
+}
+
+/// Homing.
+#[derive(Clone, Copy, Debug)]
+pub struct HomingObjects {
+    /// 0x6098.
+    pub method: Field,
+    /// 0x607C, counts.
+    pub offset: Scaled,
+    /// Whether the axis is homed, 0 or 1 (the P3's 0x2402).
+    pub is_homed: Handle<u8>,
+    /// What the methods need in which the axis moves.
+    pub search: Option<HomingSearchObjects>,
+}
+
+/// The parameters of homing methods in which the axis moves.
+#[derive(Clone, Copy, Debug)]
+pub struct HomingSearchObjects {
+    /// 0x6099,1, counts/s.
+    pub switch_velocity: Scaled,
+    /// 0x6099,2, counts/s.
+    pub zero_velocity: Scaled,
+    /// 0x609A, counts/s².
+    pub acceleration: Scaled,
+    /// Greatest torque while looking for a hard stop, per mille of rated torque.
+    pub stop_torque: Scaled,
+    /// How long the axis must press and stand, ms.
+    pub stop_time_ms: Field,
+    /// How far the axis goes back from a hard stop, counts.
+    pub back_off: Field,
+    /// How long homing may last, ms; 0: for ever.
+    pub timeout_ms: Field,
+    /// How far homing may lead, counts; 0: anywhere.
+    pub range: Field,
+    /// Why homing has failed, a number of [`cia402::HomingError`]; 0: it has not.
+    pub error: Handle<u8>,
+}
+
+/// Digital inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct InputObjects {
+    /// 0x60FD: the inputs that are active.
+    pub active: Handle<u32>,
+    /// The inputs that are active when their level is low, a bit each.
+    pub inverted: Field,
 }
 
 /// When a target counts as reached.

@@ -32,14 +32,14 @@ fn every_application_object_of_the_p3_is_there_and_all_but_three_are_the_same() 
             otherwise.push(address.index);
         }
     }
-    // The quick stop option code is an INTEGER16, 0x603F the present error, and there are more
-    // modes.
-    assert_eq!(otherwise, [0x603F, 0x605A, 0x6502]);
+    // The quick stop option code is an INTEGER16, 0x603F the present error, and there are more homing
+    // methods and modes.
+    assert_eq!(otherwise, [0x603F, 0x605A, 0x6098, 0x6502]);
 }
 
 #[test]
 fn what_it_adds() {
-    use DataType::{Domain, I16, I32, U8, U16, U32};
+    use DataType::{Domain, I8, I16, I32, U8, U16, U32};
     // Targets and commands, which are not stored.
     const TARGETS: [(u16, u8); 2] = [(0x6042, 0), (0x60C1, 1)];
     // Neither is what never changes or cannot be read.
@@ -57,6 +57,14 @@ fn what_it_adds() {
     // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
         (0x2420, 0, Domain, true),
+        // Homing and inputs, what the standard leaves to makers.
+        (0x2430, 1, I16, true),
+        (0x2430, 2, U16, true),
+        (0x2430, 3, U32, true),
+        (0x2430, 4, U32, true),
+        (0x2430, 5, U32, true),
+        (0x2430, 6, U8, false),
+        (0x2431, 1, U32, true),
         (0x6007, 0, I16, true),
         (0x6042, 0, I16, true),
         (0x6044, 0, I16, false),
@@ -81,6 +89,9 @@ fn what_it_adds() {
         (0x6085, 0, U32, true),
         (0x6086, 0, I16, true),
         (0x6087, 0, U32, true),
+        (0x6099, 1, U32, true),
+        (0x6099, 2, U32, true),
+        (0x609A, 0, U32, true),
         (0x60A3, 0, U8, false),
         (0x60A4, 1, U32, true),
         (0x60C0, 0, I16, true),
@@ -92,6 +103,9 @@ fn what_it_adds() {
         (0x60C4, 5, U8, false),
         (0x60C4, 6, U8, false),
     ]);
+    let methods = cia402::HomingMethod::ALL.len() as u8;
+    expected.extend((1..=methods).map(|sub| (0x60E3, sub, I8, false)));
+    expected.push((0x60FD, 0, U32, false));
     assert_eq!(added, expected);
     for (index, sub, _, writable) in added {
         let row = row_of(&extended, index, sub).expect("the row");
@@ -103,6 +117,9 @@ fn what_it_adds() {
             assert_eq!(row.group, canopen::Group::None, "a stream is not stored");
         } else if writable {
             assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
+        } else if index == 0x60E3 {
+            let method = i64::from(cia402::HomingMethod::ALL[usize::from(sub) - 1]);
+            assert_eq!(row.default, canopen::row::Default::Value(method));
         } else {
             assert!(row.is_live && row.maps_tpdo, "{}", row.address);
         }
@@ -199,8 +216,8 @@ fn its_dialects_are_the_standards() {
         ..cia402::Dialect::STANDARD
     };
     assert_eq!(P3_EXTENDED.cia402, standard);
-    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x03CF);
-    assert_eq!(P3.cia402.supported_drive_modes(), 0x038D);
+    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x03EF);
+    assert_eq!(P3.cia402.supported_drive_modes(), 0x03AD);
     assert!(standard.halt_bit && standard.remote_bit && standard.ramps_on_stop);
     assert!(!P3.cia402.halt_bit);
     assert!(personalities::by_name("p3-extended").is_some());

@@ -1,7 +1,7 @@
 //! Whatever a control loop commands, the world stays finite, and it is the same world every time.
 
 use control::io::Duty;
-use plant::{Parameters, Plant};
+use plant::{Parameters, Plant, Stops, Switch, SwitchName};
 
 /// A small generator of our own (xorshift), for repeatable nonsense.
 struct Nonsense(u64);
@@ -42,7 +42,29 @@ impl Nonsense {
     }
 }
 
-fn assert_sane(plant: &Plant<f32>) {
+/// A P3 with all that may hang on it.
+fn everything() -> Parameters {
+    let mut parameters = Parameters::default();
+    parameters.load.inertia_kgm2 = 1e-6;
+    parameters.load.stops = Some(Stops::between(-3.0, 2.0));
+    let mut home = Switch::between(0.0, 0.25);
+    home.bounce_s = 1e-3;
+    home.hysteresis_turns = 0.01;
+    parameters.switches.home = Some(home);
+    parameters.switches.negative_limit = Some(Switch::below(-2.0));
+    assert_eq!(parameters.check(), Ok(()));
+    parameters
+}
+
+fn assert_sane(plant: &mut Plant<f32>) {
+    let signals = plant.signals();
+    for adc in [
+        signals.motor_temperature_adc,
+        signals.auxiliary_adc[0],
+        signals.auxiliary_adc[1],
+    ] {
+        assert!((0.0..=4095.0).contains(&adc) && adc.fract() == 0.0);
+    }
     let truth = plant.truth();
     let numbers = [truth.phase_current_a, truth.phase_emf_v]
         .concat()
@@ -76,7 +98,7 @@ fn no_duty_makes_a_nan() {
             for _ in 0..5 {
                 plant.step();
             }
-            assert_sane(&plant);
+            assert_sane(&mut plant);
         }
     }
 }
@@ -85,15 +107,20 @@ fn no_duty_makes_a_nan() {
 fn no_setting_makes_a_nan_either() {
     for seed in 1..=20 {
         let mut nonsense = Nonsense(0x2545_F491_4F6C_DD1D_u64.wrapping_mul(seed));
-        let mut plant = Plant::<f32>::new(&Parameters::default());
+        let mut plant = Plant::<f32>::new(&everything());
         for _ in 0..5_000 {
             let any = f32::from_bits(nonsense.next());
-            match nonsense.next() % 6 {
+            match nonsense.next() % 8 {
                 0 => plant.set_supply_v(any),
                 1 => plant.set_load_torque_nm(any),
                 2 => plant.set_motion(nonsense.next() as i32, any),
                 3 => plant.set_amplifier_temperature_c(any),
-                4 => plant.set_blocked(nonsense.next() > u32::MAX / 2),
+                4 => plant.set_auxiliary_v([any, 1.0]),
+                5 => plant.hold_switch(
+                    SwitchName::Home,
+                    [None, Some(true), Some(false)][nonsense.next() as usize % 3],
+                ),
+                6 => plant.set_blocked(nonsense.next() > u32::MAX / 2),
                 _ => plant.set_pwm_period_s(f64::from_bits(
                     u64::from(nonsense.next()) << 32 | u64::from(nonsense.next()),
                 )),
@@ -102,7 +129,7 @@ fn no_setting_makes_a_nan_either() {
             for _ in 0..5 {
                 plant.step();
             }
-            assert_sane(&plant);
+            assert_sane(&mut plant);
         }
     }
 }

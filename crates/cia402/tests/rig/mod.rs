@@ -46,7 +46,9 @@ pub(crate) struct Rig {
     pub(crate) lag: i32,
     /// The motor does not move.
     pub(crate) stuck: bool,
-    unwrapped: f64,
+    pub(crate) unwrapped: f64,
+    /// By how much positions have become greater since the start.
+    pub(crate) renamed: i32,
 }
 
 impl Rig {
@@ -74,6 +76,7 @@ impl Rig {
             lag: 0,
             stuck: false,
             unwrapped: 0.0,
+            renamed: 0,
         }
     }
 
@@ -133,6 +136,14 @@ impl Rig {
     }
 
     pub(crate) fn fetch(&mut self) {
+        if let Some(shift) = self.axis.take_position_shift() {
+            self.unwrapped += f64::from(shift);
+            self.renamed += shift;
+            if let Demand::Position { start, .. } = &mut self.demand {
+                *start = start.wrapping_add(shift);
+            }
+            self.settle();
+        }
         if let Some(demand) = self.axis.take_demand() {
             self.unwrapped = self.sample().position;
             if let Demand::Position {

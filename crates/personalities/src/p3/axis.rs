@@ -9,15 +9,17 @@ use super::motor::{feedback, parameter};
 use super::{plain, scaled};
 use crate::class::{CONFIGURATION, CONTROL, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY};
 use crate::{
-    AxisObjects, ConfigurationObjects, FeedbackObjects, TargetObjects, TargetWindow, WindowObjects,
+    AxisObjects, ConfigurationObjects, FeedbackObjects, HomingObjects, TargetObjects, TargetWindow,
+    WindowObjects,
 };
 
-/// The feature list's modes (P11); homing and modes 11 and 12 are not built yet.
+/// The feature list's modes (P11); modes 11 and 12 are not built yet.
 pub(crate) const MODES: ModeSet = ModeSet::EMPTY
     .with(Mode::IDLE)
     .with(Mode::PROFILE_POSITION)
     .with(Mode::PROFILE_VELOCITY)
     .with(Mode::PROFILE_TORQUE)
+    .with(Mode::HOMING)
     .with(Mode::CYCLIC_POSITION)
     .with(Mode::CYCLIC_VELOCITY)
     .with(Mode::CYCLIC_TORQUE);
@@ -77,8 +79,10 @@ pub(crate) const ROWS: &[Row] = &[
     limit(i32(0x6081, 0, "Position controller max velocity").unit("cts/s")).range(0, i32::MAX as i64).default(200_000).rpdo(),
     limit(u8(0x60C2, 1, "Interpolation time period value").default(1)),
     limit(i8(0x60C2, 2, "Interpolation time period scale").range(-6, 0).default(-3)),
-    // l.1176, P61; there is no homing yet.
-    u8(0x2402, 0, "Motor is homed").tpdo(),
+    // l.1176, P61.
+    feedback(u8(0x2402, 0, "Motor is homed")),
+    // P38.
+    limit(i32(0x607C, 0, "Home offset").unit("cts")).rpdo(),
 ];
 
 /// What the faithful drive has otherwise than the standard.
@@ -89,6 +93,8 @@ pub(super) const P3_ROWS: &[Row] = &[
     limit(u16(0x605A, 0, "Quick stop option code").range(0, 8).default(2)),
     // P17.
     u16(0x603F, 0, "Last error").tpdo(),
+    // "Homing Immediate" alone (l.156, P38).
+    limit(i8(0x6098, 0, "Homing method").range(37, 37).default(37)).rpdo(),
 ];
 
 /// Where the axis finds its objects.
@@ -169,6 +175,12 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             },
             velocity_threshold: 683.0,
         },
+        homing: Some(HomingObjects {
+            method: objects.need(0x6098, 0),
+            offset: plain(objects, 0x607C, 0),
+            is_homed: objects.handle(0x2402, 0),
+            search: None,
+        }),
         rated_torque_nm: scaled(objects, 0x6076, 0, 1e-3),
         polarity: Some(objects.need(0x607E, 0)),
     }

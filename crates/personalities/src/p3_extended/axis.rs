@@ -4,7 +4,7 @@ use canopen::row::{i16, i32, u16, u32};
 use canopen::{Address, Dictionary, Row};
 use cia402::{Mode, ModeSet};
 
-use super::modes;
+use super::{homing, modes};
 use crate::p3::axis::{limit, supported_drive_modes};
 use crate::p3::motor::feedback;
 use crate::p3::{self, plain};
@@ -78,6 +78,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             }),
             ..p3.configuration
         },
+        homing: Some(homing::objects(objects)),
         ..p3
     }
 }
