@@ -303,9 +303,8 @@ impl Axis {
             return;
         }
         let braking = Braking::of_fault(configuration);
-        match braking.filter(|_| self.dialect.ramps_on_stop && self.is_powered()) {
-            // Without torque there is nothing to go on with.
-            Some(braking) if self.demand != Demand::Idle => {
+        match braking.filter(|_| self.dialect.ramps_on_stop) {
+            Some(braking) if self.can_brake() => {
                 let inputs = self.inputs(configuration, targets, actual);
                 self.leave_motion();
                 self.begin_stop(self.braked(braking, &inputs));
@@ -524,6 +523,7 @@ impl Axis {
             acceleration: 0.0,
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
+            angle: actual.electrical_angle,
             left_ns: 0,
         };
         // A demand not yet taken is not yet in the control half's answers.
@@ -548,6 +548,16 @@ impl Axis {
                 torque_is_demand: true,
                 ..motor
             },
+            Demand::TorqueWithAngle { angle, .. } => Present {
+                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
+                angle,
+                left_ns: match (self.fresh, self.demand) {
+                    (true, Demand::TorqueWithAngle { duration_ns, .. }) => duration_ns,
+                    _ => actual.demand_left_ns,
+                },
+                ..motor
+            },
+            Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
             Demand::Velocity {
                 acceleration,
                 duration_ns,
@@ -584,12 +594,24 @@ impl Axis {
                 State::ReadyToSwitchOn => inputs.configuration.shutdown_option == 1,
                 _ => false,
             };
-        let moving = inputs.present.velocity != 0.0 && self.demand != Demand::Idle;
-        if self.state != State::OperationEnabled || !ramps || !moving {
+        let moving = inputs.present.velocity != 0.0;
+        if self.state != State::OperationEnabled || !ramps || !moving || !self.can_brake() {
             self.enter(state, code, inputs);
         } else if self.leaving.replace(state).is_none() {
             self.begin_stop(self.braked(Braking::SlowDownRamp, inputs));
         }
+    }
+
+    /// Whether the controllers hold the motor: not without torque, and not in a frame that the
+    /// master turns, where the drive may not know the rotor yet.
+    fn can_brake(&self) -> bool {
+        !matches!(
+            self.demand,
+            Demand::Off
+                | Demand::Idle
+                | Demand::TorqueWithAngle { .. }
+                | Demand::PhaseVoltage { .. }
+        )
     }
 
     /// Operation enabled is not left after all.

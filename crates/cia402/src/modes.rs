@@ -6,9 +6,11 @@ mod cyclic_velocity;
 mod homing;
 mod interpolated_position;
 mod line;
+mod phase_voltage;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
+mod torque_with_angle;
 mod velocity;
 
 use crate::path::Present;
@@ -19,9 +21,11 @@ use cyclic_velocity::CyclicVelocity;
 pub(crate) use homing::Homing;
 pub(crate) use interpolated_position::BUFFER_SIZE;
 use interpolated_position::InterpolatedPosition;
+use phase_voltage::PhaseVoltage;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+use torque_with_angle::TorqueWithAngle;
 use velocity::Velocity;
 
 /// What a generator may look at.
@@ -144,6 +148,8 @@ pub(crate) enum Motion {
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
+    TorqueWithAngle(TorqueWithAngle),
+    PhaseVoltage(PhaseVoltage),
 }
 
 impl Motion {
@@ -163,6 +169,8 @@ impl Motion {
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
+            Mode::CYCLIC_TORQUE_WITH_ANGLE => Motion::TorqueWithAngle(TorqueWithAngle::new(inputs)),
+            Mode::PHASE_VOLTAGE_WITH_ANGLE => Motion::PhaseVoltage(PhaseVoltage::new(inputs)),
             _ => Motion::IDLE,
         }
     }
@@ -179,6 +187,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 
@@ -194,6 +204,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 }

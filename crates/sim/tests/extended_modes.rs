@@ -24,7 +24,10 @@ impl Master<'_> {
     #[track_caller]
     fn turns_with(&mut self, rpm: f64) {
         let seen = self.true_speed() / RPM;
-        assert!((seen - rpm).abs() < 10.0 + 0.02 * rpm.abs(), "{seen} rpm, not {rpm}");
+        assert!(
+            (seen - rpm).abs() < 10.0 + 0.02 * rpm.abs(),
+            "{seen} rpm, not {rpm}"
+        );
     }
 
     #[track_caller]
@@ -76,7 +79,10 @@ fn velocity_mode_turns_with_its_rpm() {
     master.write(0x6040, 0, 0x7F);
     master.wait_ms(250);
     master.turns_with(-1000.0);
-    assert_eq!(master.read(0x6044, 0).clamp(-1010, -990), master.read(0x6044, 0));
+    assert_eq!(
+        master.read(0x6044, 0).clamp(-1010, -990),
+        master.read(0x6044, 0)
+    );
     master.write(0x6040, 0, 0x6F);
     master.wait_ms(250);
     master.turns_with(0.0);
@@ -337,7 +343,9 @@ fn limited_jerk_takes_its_time() {
     let mut bus = bus();
     let mut master = Master::new(&mut bus);
     for refused in [-1, 1, 2, 4] {
-        let error = master.try_write(0x6086, 0, refused).expect_err("no such type");
+        let error = master
+            .try_write(0x6086, 0, refused)
+            .expect_err("no such type");
         assert!(error.to_string().contains("06090030"), "{error}");
     }
     assert_eq!(master.read(0x6086, 0), 0);
