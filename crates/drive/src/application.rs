@@ -10,9 +10,9 @@ use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
-use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
+use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
 use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
@@ -39,10 +39,8 @@ pub(crate) struct Application {
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
-    new_position: Option<i32>,
     new_shift: Option<i32>,
-    new_captures: bool,
-    captures: CaptureOrder,
+    new_captures: News,
     probes: Probes,
     word: Word,
     /// Safe torque off has taken the torque away since the last tick.
@@ -85,10 +83,8 @@ impl Application {
             new_command: true,
             new_limits: false,
             new_parameters: true,
-            new_position: None,
             new_shift: None,
-            new_captures: true,
-            captures: CaptureOrder::default(),
+            new_captures: News::INVERTED,
             probes: Probes::default(),
             word: Word::default(),
             torque_lost: false,
@@ -133,6 +129,7 @@ impl Application {
             (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
+            (class::TARGET_VL_VELOCITY, Target::VlVelocity),
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
@@ -147,8 +144,7 @@ impl Application {
             && let Some(inputs) = &self.personality.inputs
         {
             let function = image.raw(inputs.probes.function) as u16;
-            self.probes.write(function, &mut self.captures.triggers);
-            self.new_captures = true;
+            self.new_captures.add(self.probes.write(function));
         }
         self.take_demand();
     }
@@ -183,6 +179,17 @@ impl Application {
         let asked = self.asked(image);
         if !self.is_stopped && self.word.ask(asked) {
             self.pass_controlword(image);
+        }
+    }
+
+    /// A SYNC was received; what came with it has been acted upon.
+    pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
+        self.faults.sync(now);
+        if self.axis.mode() == Mode::INTERPOLATED_POSITION {
+            let targets = self.targets(image);
+            let actual = self.actual();
+            self.axis.sync(&self.configuration, &targets, &actual);
+            self.take_demand();
         }
     }
 
@@ -256,18 +263,24 @@ impl Application {
             .map(|(parameters, _)| parameters)
     }
 
-    pub(crate) fn take_position(&mut self) -> Option<i32> {
-        self.new_position.take()
-    }
-
     pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
         self.new_shift.take()
     }
 
-    pub(crate) fn take_captures(&mut self) -> Option<CaptureOrder> {
-        let order = self.captures;
-        self.captures.triggers = Default::default();
-        core::mem::take(&mut self.new_captures).then_some(order)
+    pub(crate) fn take_captures(&mut self, image: &Image<'_>) -> Option<CaptureOrder> {
+        let news = core::mem::take(&mut self.new_captures);
+        (news != News::default()).then(|| {
+            let inputs = self.personality.inputs.as_ref();
+            let homing = self.axis.trigger().map(homing_trigger);
+            CaptureOrder {
+                inverted: inputs.map_or(0, |inputs| image.raw(inputs.inverted)),
+                triggers: [
+                    homing.filter(|_| news.has(News::HOMING)),
+                    news.has(News::PROBE_1).then(|| self.probes.trigger(0)),
+                    news.has(News::PROBE_2).then(|| self.probes.trigger(1)),
+                ],
+            }
+        })
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -283,10 +296,7 @@ impl Application {
         self.configuration = self.read_configuration(image);
         self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
         self.new_limits = true;
-        if let Some(inputs) = &self.personality.inputs {
-            self.captures.inverted = image.raw(inputs.inverted);
-            self.new_captures = true;
-        }
+        self.new_captures.add(News::INVERTED);
     }
 
     fn read_configuration(&self, image: &Image<'_>) -> Configuration {
@@ -322,11 +332,8 @@ impl Application {
         if let Some(shift) = self.axis.take_position_shift() {
             self.rename(shift);
         }
-        if let Some(trigger) = self.axis.take_trigger() {
-            if let Some(place) = self.captures.triggers.get_mut(captures::HOMING) {
-                *place = Some(homing_trigger(trigger));
-            }
-            self.new_captures = true;
+        if self.axis.take_trigger().is_some() {
+            self.new_captures.add(News::HOMING);
         }
         let limit = self.axis.torque_limit_pm(&self.configuration);
         if limit != self.torque_limit_pm {
@@ -336,8 +343,7 @@ impl Application {
         self.new_command |= self.axis.take_demand().is_some();
     }
 
-    /// Home is attained: all positions become `shift` counts greater, at once also those that are
-    /// shown before the control half has been seen again.
+    /// All positions become `shift` counts greater, at once also those that are shown before the control half has been seen again.
     fn rename(&mut self, shift: i32) {
         self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
         self.faults.position_renamed();
@@ -443,6 +449,20 @@ impl Application {
         }
     }
 
+    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
+    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let taken = self
+            .axis
+            .push_set_point(position, &self.configuration, &targets, &actual);
+        if taken {
+            Verdict::Accept
+        } else {
+            Verdict::Refuse(Abort::DEVICE_STATE)
+        }
+    }
+
     /// A change of direction under power would turn the demand round.
     fn write_polarity(&self, polarity: i8) -> Verdict {
         match polarity {
@@ -493,14 +513,19 @@ impl Application {
         }
         let raw = u32::from_le_bytes(raw);
         if self.personality.presets_position == Some(object) {
-            let position = raw as i32;
-            self.new_position = Some(position);
-            self.faults.position_renamed();
-            self.axis
-                .preset_position(position.wrapping_sub(self.feedback.position));
+            let shift = (raw as i32).wrapping_sub(self.feedback.position);
+            self.axis.preset_position(shift);
+            self.rename(shift);
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.interpolation_data == Some(object) {
+            return self.write_interpolation_data(image, raw as i32);
+        }
+        if objects.targets.interpolation_clear == Some(object) {
+            self.axis.clear_buffer(raw != 0);
+            return Verdict::Done;
+        }
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
             || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
         {
@@ -517,6 +542,10 @@ impl Application {
                 return Verdict::Refuse(Abort::INVALID_VALUE);
             }
             (0xB8, 0) => return Verdict::Accept,
+            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
+                return Verdict::Accept;
+            }
+            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
             // P48: an angle only where one is used.
             (0xEA, 0) => {
                 return match self.axis.demand() {
@@ -550,6 +579,7 @@ impl Application {
             &self.feedback,
             &self.signals,
             self.loops.pm_per_ampere,
+            self.configuration.vl.counts_per_s,
         );
         if let Some(homing) = &self.personality.axis.homing {
             image.set(homing.is_homed, u8::from(self.axis.is_homed()));

@@ -197,20 +197,15 @@ impl<M: NodeMemory> Comms<M> {
         self.application.take_parameters(&self.node.image())
     }
 
-    /// A new name for the present position, counts.
-    pub fn take_position(&mut self) -> Option<i32> {
-        self.application.take_position()
-    }
-
-    /// By how much all positions become greater, captured ones as well; in force before the next
-    /// command.
+    /// By how much all positions become greater, captured ones as well, because the present one got
+    /// another name or home was found; in force before the next command.
     pub fn take_position_shift(&mut self) -> Option<i32> {
         self.application.take_position_shift()
     }
 
     /// What the control half shall capture.
     pub fn take_captures(&mut self) -> Option<CaptureOrder> {
-        self.application.take_captures()
+        self.application.take_captures(&self.node.image())
     }
 
     /// The outputs that are to be active, in the order of 0x60FE.
@@ -328,11 +323,11 @@ impl<M: NodeMemory> Comms<M> {
     }
 
     fn handle(&mut self, events: Events, now: Instant) {
-        if events.sync {
-            self.application.faults.sync(now);
-        }
         if !events.changed.is_empty() {
             self.application.changed(&self.node.image(), events.changed);
+        }
+        if events.sync {
+            self.application.sync(&self.node.image(), now);
         }
         if events.reset.is_some() {
             self.reset = events.reset;

@@ -210,11 +210,6 @@ impl<M: NodeMemory> Drive<M> {
             self.captures
                 .set_encoder(encoder.counts_per_turn, encoder.user_polarity);
         }
-        if let Some(position) = self.comms.take_position() {
-            let offset = position.wrapping_sub(self.cascade.position());
-            self.cascade.preset_position(position);
-            self.captures.rename(offset);
-        }
         if let Some(offset) = self.comms.take_position_shift() {
             self.cascade.rename(offset);
             self.captures.rename(offset);

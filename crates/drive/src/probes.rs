@@ -1,14 +1,11 @@
 //! Touch probes: 0x60B8 to triggers, captures to 0x60B9 to 0x60BD and 0x60D5 to 0x60D8.
 
 use canopen::Image;
-use control::capture::{LATCHES, Latched, Seen, Trigger};
+use control::capture::{Latched, Seen, Trigger};
 use personalities::ProbeObjects;
 
+use crate::captures::News;
 use crate::inputs::FIRST_GENERAL;
-
-/// The latches of the probes.
-const PROBES: [usize; 2] = [1, 2];
-const _: () = assert!(PROBES[1] < LATCHES);
 
 /// The touch probe function, 0x60B8, as it is in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,23 +63,31 @@ pub(crate) fn is_supported(function: u16) -> bool {
 }
 
 impl Probes {
-    /// 0x60B8 was written: the new triggers. A probe whose half has changed begins anew.
-    pub(crate) fn write(&mut self, function: u16, triggers: &mut [Option<Trigger>; LATCHES]) {
+    /// 0x60B8 was written: which triggers are new. A probe whose half has changed begins anew.
+    pub(crate) fn write(&mut self, function: u16) -> News {
         let before = halves(core::mem::replace(&mut self.function, function));
-        for (probe, (((half, before), latch), serial)) in (0u32..).zip(
-            halves(function)
-                .into_iter()
-                .zip(before)
-                .zip(PROBES)
-                .zip(&mut self.serials),
-        ) {
-            if half == before {
-                continue;
+        let mut news = News::default();
+        for (((half, before), serial), its) in halves(function)
+            .into_iter()
+            .zip(before)
+            .zip(&mut self.serials)
+            .zip([News::PROBE_1, News::PROBE_2])
+        {
+            if half != before {
+                *serial = serial.wrapping_add(1);
+                news.add(its);
             }
-            *serial = serial.wrapping_add(1);
-            if let Some(place) = triggers.get_mut(latch) {
-                *place = Some(half.trigger(probe, *serial));
-            }
+        }
+        news
+    }
+
+    /// The trigger of a probe, 0 or 1.
+    pub(crate) fn trigger(&self, probe: u32) -> Trigger {
+        let [first, second] = halves(self.function);
+        let [first_serial, second_serial] = self.serials;
+        match probe {
+            0 => first.trigger(probe, first_serial),
+            _ => second.trigger(probe, second_serial),
         }
     }
 

@@ -25,7 +25,7 @@ pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyR
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, FeedbackObjects,
     GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects, LoopObjects,
-    MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow,
+    MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects,
     WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};
