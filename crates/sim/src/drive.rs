@@ -96,9 +96,6 @@ pub struct VirtualDrive {
     core: Option<Core>,
     plant: Plant<f32>,
     pub(crate) controller: Controller,
-    pub(crate) errors: ErrorCounters,
-    /// When it takes part again after bus-off.
-    pub(crate) off_until: Option<Instant>,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
@@ -135,8 +132,6 @@ impl VirtualDrive {
             core: None,
             plant: Plant::new(&settings.plant),
             controller: Controller::new(bit_rate),
-            errors: ErrorCounters::default(),
-            off_until: None,
             station: Station::new(personality, serial, place.node(), bit_rate),
             changed_rate: None,
             latency,
@@ -169,7 +164,7 @@ impl VirtualDrive {
     /// Its bit rate. A drive whose bit rate is not [`crate::Bus::bit_rate`] hears nobody outside, and
     /// is not heard there.
     pub fn bit_rate(&self) -> BitRate {
-        self.controller.bit_rate()
+        self.controller.port.bit_rate()
     }
 
     /// Its serial number.
@@ -209,7 +204,7 @@ impl VirtualDrive {
 
     /// Its error counters.
     pub fn error_counters(&self) -> ErrorCounters {
-        self.errors
+        self.controller.port.protocol.counters
     }
 
     pub(crate) fn next_control(&self) -> Instant {
@@ -255,10 +250,6 @@ impl VirtualDrive {
 
     /// A frame has arrived at its controller.
     pub(crate) fn hear(&mut self, frame: Frame, now: Instant) {
-        let is_on = self.core.is_some() || self.station.is_on();
-        if !is_on || self.errors.is_bus_off() {
-            return;
-        }
         let idle = !self.controller.has_received();
         if !self.controller.receive(frame) {
             self.report(Health {
@@ -299,8 +290,8 @@ impl VirtualDrive {
         if let Some((_, at)) = self.storing {
             next = next.min(at);
         }
-        if let Some(at) = self.off_until {
-            next = next.min(at);
+        if self.is_bus_off() {
+            next = next.min(self.recovers_at());
         }
         next
     }
@@ -312,13 +303,16 @@ impl VirtualDrive {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
         }
-        if self.off_until.is_some_and(|at| now >= at) {
-            self.off_until = None;
-            self.errors = ErrorCounters::default();
-            self.report(Health {
-                bus_off_recovered: true,
-                ..Health::default()
-            });
+        if self.is_bus_off() && now >= self.recovers_at() {
+            let bit_ns = self.bit_rate().bit_ns();
+            if self.controller.port.protocol.rest(now, bit_ns) {
+                self.recovered();
+                notice(NoticeKind::BusOn);
+            }
+        }
+        // The core judges what it was told since its last tick.
+        if self.controller.port.protocol.counters.is_passive() {
+            self.became_passive();
         }
         if now >= self.service_at {
             if let Some(frame) = self.controller.next_received()
@@ -348,7 +342,45 @@ impl VirtualDrive {
         self.poll_lss(now, notice);
         self.obey(now);
         self.adopt_timing();
+        self.switch_controller(now);
         self.fill_mailboxes();
+    }
+
+    fn is_bus_off(&self) -> bool {
+        self.controller.port.protocol.counters.is_bus_off()
+    }
+
+    /// When it comes back from bus-off, if the wire stays quiet.
+    fn recovers_at(&self) -> Instant {
+        let bit_ns = self.bit_rate().bit_ns();
+        self.controller.port.protocol.rests_until(bit_ns)
+    }
+
+    /// It has come back from bus-off.
+    pub(crate) fn recovered(&mut self) {
+        self.report(Health {
+            bus_off_recovered: true,
+            ..Health::default()
+        });
+    }
+
+    /// Its controller is error passive.
+    pub(crate) fn became_passive(&mut self) {
+        self.report(Health {
+            error_passive: true,
+            ..Health::default()
+        });
+    }
+
+    /// A controller is on while there is a program behind it.
+    fn switch_controller(&mut self, now: Instant) {
+        let is_on = self.core.is_some() || self.station.is_on();
+        let protocol = &mut self.controller.port.protocol;
+        if is_on && !protocol.is_on() {
+            protocol.start(now);
+        } else if !is_on && protocol.is_on() {
+            protocol.stop();
+        }
     }
 
     /// The bit rate that LSS has given it since the last call.
@@ -358,7 +390,7 @@ impl VirtualDrive {
 
     /// Moves frames from the node to free mailboxes.
     pub(crate) fn fill_mailboxes(&mut self) {
-        if self.errors.is_bus_off() || self.station.is_silent() {
+        if self.is_bus_off() || self.station.is_silent() {
             return;
         }
         while self.controller.has_free_mailbox() {

@@ -29,6 +29,7 @@ mod probe;
 mod recording;
 mod replay;
 mod store;
+mod stranger;
 mod wire_act;
 
 pub use bus::{Bus, BusSettings};
@@ -41,7 +42,7 @@ pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
 pub use link::VirtualLink;
-pub use medium::{ErrorCounters, ErrorState, Sender, Traffic};
+pub use medium::{ErrorCounters, ErrorKind, ErrorState, Sender, Traffic};
 pub use notice::{Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};
