@@ -7,11 +7,13 @@
 //!
 //! - [`subject`]: the cases, and what a stack must offer to be measured;
 //! - [`block`]: SDO block transfers, of which there is only our own pair of client and server;
+//! - [`cyclic_bus`]: four and six drives in cyclic synchronous position on one bus;
 //! - [`measure`]: counting instructions;
 //! - [`period`]: wall-clock time, for the control cascade and block transfers;
 //! - [`report`]: the figures as a table and as JSON.
 
 pub mod block;
+pub mod cyclic_bus;
 pub mod measure;
 pub mod period;
 pub mod report;

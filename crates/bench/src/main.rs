@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use std::{env, fs, io};
 
 use bench::block::{self, Contents};
+use bench::cyclic_bus::{Cycle, CyclicBus, NoCycle};
 use bench::measure::{self, MeasureError};
 use bench::period;
 use bench::report::{Figure, Report, Row};
@@ -76,6 +77,8 @@ enum Error {
     Measure(#[from] MeasureError),
     #[error("the path of this program: {0}")]
     Program(io::Error),
+    #[error(transparent)]
+    NoCycle(#[from] NoCycle),
     #[error("{0}: {1}")]
     Json(PathBuf, io::Error),
 }
@@ -129,10 +132,51 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
         report.push_control_period("servobus", time);
     }
     block_speed(&mut report)?;
+    cyclic_hour(&mut report)?;
     println!("{}", report.table());
     if let Some(path) = json {
         let text = format!("{:#}\n", report.json());
         fs::write(path, text).map_err(|error| Error::Json(path.to_owned(), error))?;
+    }
+    Ok(())
+}
+
+/// An hour of cyclic synchronous position on a bus of 1 Mbit/s: real time, load, following error.
+fn cyclic_hour(report: &mut Report) -> Result<(), Error> {
+    const HOUR_S: u64 = 3600;
+    let metrics = [
+        (
+            Cycle::FAST,
+            [
+                "cyclic_hour_4_drives_1000_hz_wall_s",
+                "cyclic_hour_4_drives_1000_hz_missed",
+                "cyclic_hour_4_drives_1000_hz_load_percent",
+                "cyclic_hour_4_drives_1000_hz_following_error_counts",
+            ],
+        ),
+        (
+            Cycle::WIDE,
+            [
+                "cyclic_hour_6_drives_500_hz_wall_s",
+                "cyclic_hour_6_drives_500_hz_missed",
+                "cyclic_hour_6_drives_500_hz_load_percent",
+                "cyclic_hour_6_drives_500_hz_following_error_counts",
+            ],
+        ),
+    ];
+    for (cycle, metrics) in metrics {
+        let mut bus = CyclicBus::new(cycle, 1)?;
+        let outcome = bus.run(HOUR_S * u64::from(cycle.sync_hz), |_| {});
+        let missed = outcome.missed + outcome.not_following;
+        let figures = [
+            outcome.wall.as_secs_f64(),
+            missed as f64,
+            100.0 * outcome.load,
+            outcome.following_error_counts,
+        ];
+        for (metric, figure) in metrics.into_iter().zip(figures) {
+            report.push_decimal(metric, SubjectName::Servobus.name(), figure);
+        }
     }
     Ok(())
 }

@@ -26,6 +26,8 @@ pub enum Figure {
     Nanoseconds(f64),
     /// A speed; written without decimals.
     BytesPerSecond(f64),
+    /// Anything else, its unit in the metric's name; written with two decimals.
+    Decimal(f64),
 }
 
 /// The figures of all subjects.
@@ -63,6 +65,11 @@ impl Report {
         }
     }
 
+    /// Adds a figure that only `subject` has.
+    pub fn push_decimal(&mut self, metric: &'static str, subject: &str, value: f64) {
+        self.push_one(metric, subject, Figure::Decimal(value));
+    }
+
     fn push_one(&mut self, metric: &'static str, subject: &str, figure: Figure) {
         let figure = |name: &&str| (*name == subject).then_some(figure);
         let figures = self.subjects.iter().map(figure).collect();
@@ -83,6 +90,7 @@ impl Report {
                     format!("{value:.1}")
                 }
                 Some(Figure::BytesPerSecond(speed)) => thousands(speed.round() as u64),
+                Some(Figure::Decimal(value)) => format!("{value:.2}"),
             });
             table.add_row(std::iter::once(row.metric.to_owned()).chain(figures));
         }
@@ -114,6 +122,7 @@ fn number(figure: Option<Figure>) -> Value {
             ((value * 10.0).round() / 10.0).into()
         }
         Some(Figure::BytesPerSecond(speed)) => (speed.round() as u64).into(),
+        Some(Figure::Decimal(value)) => ((value * 100.0).round() / 100.0).into(),
     }
 }
 

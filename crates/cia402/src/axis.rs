@@ -2,14 +2,17 @@
 
 use crate::arithmetic::{measured, within};
 use crate::conditions::Watch;
-use crate::modes::{Bits, Inputs, Limited, Motion};
+use crate::modes::{Bits, Homing, Inputs, Limited, Motion};
 use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
 use crate::stop::Stop;
 use crate::{
-    Actual, Conditions, Configuration, Controlword, Demand, Dialect, Mode, ModeRefused, ModeSet,
-    Outcome, State, Statusword, Target, Targets,
+    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, HomingError, Mode,
+    ModeRefused, ModeSet, Outcome, State, Statusword, Target, Targets, Trigger,
 };
+
+/// The motor is freed if a reaction to a fault has not brought it to rest by then, ms.
+const REACTION_LIMIT_MS: u16 = 10_000;
 
 /// One drive function.
 ///
@@ -26,10 +29,15 @@ pub struct Axis {
     mode: Mode,
     /// At work in operation enabled.
     motion: Motion,
-    /// At work in quick stop active, or in operation enabled as the halt.
+    /// At work in quick stop active, in fault reaction active, or in operation enabled as the halt
+    /// or on the way out of it.
     stop: Option<Stop>,
     /// 0x605A as the last quick stop began.
     quick_stop_code: QuickStopCode,
+    /// In operation enabled: the stop leads there when it has ended (0x605B, 0x605C).
+    leaving: Option<State>,
+    /// How long the fault reaction has lasted, ms.
+    reaction_ms: u16,
     /// The motor stood at the last tick of a halt whose demand had come to its end.
     halted: bool,
     demand: Demand,
@@ -40,6 +48,10 @@ pub struct Axis {
     voltage: bool,
     warning: bool,
     limited: bool,
+    /// Homing has given positions a meaning.
+    homed: bool,
+    /// By how much all positions became greater, until the owner takes it.
+    shift: Option<i32>,
 }
 
 impl Axis {
@@ -53,6 +65,8 @@ impl Axis {
             motion: Motion::IDLE,
             stop: None,
             quick_stop_code: QuickStopCode::DEFAULT,
+            leaving: None,
+            reaction_ms: 0,
             halted: false,
             demand: Demand::Off,
             fresh: false,
@@ -60,6 +74,8 @@ impl Axis {
             voltage: false,
             warning: false,
             limited: false,
+            homed: false,
+            shift: None,
         }
     }
 
@@ -71,7 +87,8 @@ impl Axis {
     }
 
     /// 0x6040 was written. Transitions act at once, before the write is acknowledged; several may
-    /// follow from one write.
+    /// follow from one write. Transitions 5 and 8 of a moving axis wait for the end of the
+    /// slow-down ramp if 0x605C or 0x605B asks for one; the state is operation enabled until then.
     pub fn write_controlword(
         &mut self,
         word: u16,
@@ -90,15 +107,18 @@ impl Axis {
         let step = before.written(previous, now, code.stays(), self.dialect);
         let inputs = self.inputs(configuration, targets, actual);
         if step.state != before {
-            self.enter(step.state, code, &inputs);
+            self.go(step.state, code, &inputs);
+        } else if self.leaving.is_some() && now.command() == Command::EnableOperation {
+            self.stay(&inputs);
         }
-        if self.state == State::OperationEnabled {
+        if self.state == State::OperationEnabled && self.leaving.is_none() {
             let motion = self.motion.generator_mut();
             if self.stop.is_some() {
                 motion.halted(&inputs);
             }
             motion.controlword(previous, now, &inputs);
             self.halt_or_resume(&inputs);
+            self.name_home();
         }
         Outcome {
             before,
@@ -167,13 +187,121 @@ impl Axis {
         }
     }
 
-    /// A fault was noticed: transition 13. The motor is free at once; transition 14 follows with
+    /// While homing runs, positions have no meaning; where it succeeds, they get one.
+    fn name_home(&mut self) {
+        let Motion::Homing(homing) = &mut self.motion else {
+            return;
+        };
+        self.homed &= !homing.is_running();
+        if let Some(shift) = homing.take_shift() {
+            self.preset_position(shift);
+            self.shift = Some(self.shift.unwrap_or(0).wrapping_add(shift));
+            self.homed = true;
+        }
+    }
+
+    /// By how much all positions have become greater because home was attained, since the last call.
+    /// The axis counts so already; the owner renames the position in the control half before it
+    /// passes the next demand on.
+    pub fn take_position_shift(&mut self) -> Option<i32> {
+        self.shift.take()
+    }
+
+    /// What the control half shall capture for homing, if that changed since the last call.
+    pub fn take_trigger(&mut self) -> Option<Trigger> {
+        match &mut self.motion {
+            Motion::Homing(homing) => homing.take_trigger(),
+            _ => None,
+        }
+    }
+
+    /// Whether homing has been done since the start, and not begun anew without success.
+    pub fn is_homed(&self) -> bool {
+        self.homed
+    }
+
+    fn homing(&self) -> Option<&Homing> {
+        match &self.motion {
+            Motion::Homing(homing) => Some(homing),
+            _ => None,
+        }
+    }
+
+    /// Why homing has failed, in mode 6 until it is started again.
+    pub fn homing_error(&self) -> Option<HomingError> {
+        self.homing().and_then(Homing::error)
+    }
+
+    /// Greatest torque at present, per mille: that of the configuration, or less while the axis is to
+    /// press against a hard stop.
+    pub fn torque_limit_pm(&self, configuration: &Configuration) -> f32 {
+        let stop = configuration.homing.stop_torque_pm;
+        let presses = self.homing().is_some_and(Homing::presses);
+        if presses && stop < configuration.max_torque_pm {
+            stop
+        } else {
+            configuration.max_torque_pm
+        }
+    }
+
+    /// A fault was noticed after which the motor cannot be controlled: transition 13. The motor is
+    /// free at once, also in the midst of a reaction to another fault; transition 14 follows with
     /// the next tick.
     pub fn fault(&mut self) {
-        if !matches!(self.state, State::FaultReactionActive | State::Fault) {
+        if self.state != State::Fault {
             self.leave();
             self.state = State::FaultReactionActive;
         }
+    }
+
+    /// A fault was noticed with which the motor can still be braked: transition 13, and the
+    /// reaction that 0x605E asks for. Transition 14 follows at rest, after 10 s at the latest.
+    pub fn fault_reaction(
+        &mut self,
+        configuration: &Configuration,
+        targets: &Targets,
+        actual: &Actual,
+    ) {
+        if matches!(self.state, State::FaultReactionActive | State::Fault) {
+            return;
+        }
+        let braking = Braking::of_fault(configuration);
+        match braking.filter(|_| self.dialect.ramps_on_stop && self.is_powered()) {
+            // Without torque there is nothing to go on with.
+            Some(braking) if self.demand != Demand::Idle => {
+                let inputs = self.inputs(configuration, targets, actual);
+                self.leave_motion();
+                self.begin_stop(self.braked(braking, &inputs));
+                self.state = State::FaultReactionActive;
+            }
+            _ => self.fault(),
+        }
+    }
+
+    /// The connection to the master was lost: 0x6007 says what follows, if the axis is under power.
+    /// Whether it is a fault; the owner then calls [`Axis::fault_reaction`].
+    pub fn connection_lost(
+        &mut self,
+        configuration: &Configuration,
+        targets: &Targets,
+        actual: &Actual,
+    ) -> bool {
+        if !self.is_powered() {
+            return false;
+        }
+        let command = match configuration.abort_connection_option {
+            1 => return true,
+            2 => Command::DisableVoltage,
+            3 => Command::QuickStop,
+            _ => return false,
+        };
+        let code = QuickStopCode::of(configuration);
+        let state = self.state.after(command, code.stays());
+        if state != self.state {
+            let inputs = self.inputs(configuration, targets, actual);
+            self.go(state, code, &inputs);
+        }
+        false
     }
 
     /// One millisecond has passed.
@@ -182,14 +310,23 @@ impl Axis {
         let inputs = self.inputs(configuration, targets, actual);
         self.watch.tick(&self.demand, &inputs);
         match self.state {
-            State::OperationEnabled => match &mut self.stop {
-                Some(halt) => {
+            State::OperationEnabled => match (&mut self.stop, self.leaving) {
+                (Some(stop), Some(state)) => {
+                    let demand = stop.tick(&inputs);
+                    if stop.stopped() {
+                        self.leave(); // 5, 8
+                        self.state = state;
+                    } else {
+                        self.put(demand);
+                    }
+                }
+                (Some(halt), None) => {
                     let demand = halt.tick(&inputs);
                     self.halted = halt.stopped() && configuration.stands(measured(actual.velocity));
                     self.motion.generator_mut().halted(&inputs);
                     self.put(demand);
                 }
-                None => {
+                (None, _) => {
                     if let Some(demand) = self.motion.generator_mut().tick(&inputs) {
                         self.put(demand);
                     }
@@ -206,9 +343,28 @@ impl Axis {
                     }
                 }
             }
-            State::FaultReactionActive => self.state = State::Fault, // 14
+            State::FaultReactionActive => {
+                self.reaction_ms = self.reaction_ms.saturating_add(1);
+                let demand = self.stop.as_mut().map(|stop| stop.tick(&inputs));
+                let ended = self.stop.as_ref().is_none_or(Stop::stopped);
+                match demand {
+                    Some(demand) if !ended && self.reaction_ms < REACTION_LIMIT_MS => {
+                        self.put(demand);
+                    }
+                    _ => {
+                        self.leave(); // 14
+                        self.state = State::Fault;
+                    }
+                }
+            }
             _ => {}
         }
+        self.name_home();
+    }
+
+    /// Whether the bridge is switched on.
+    pub fn is_powered(&self) -> bool {
+        self.demand != Demand::Off
     }
 
     /// The demand, if it changed since the last call.
@@ -266,6 +422,7 @@ impl Axis {
         let following = self.state == State::OperationEnabled
             && matches!(self.mode, Mode::PROFILE_POSITION | Mode::CYCLIC_POSITION)
             && self.watch.following();
+        let homing_failed = self.state == State::OperationEnabled && self.homing_error().is_some();
         Statusword(
             self.state.pattern()
                 | flag(Statusword::VOLTAGE, self.voltage)
@@ -274,7 +431,7 @@ impl Axis {
                 | flag(Statusword::TARGET_REACHED, bits.target_reached)
                 | flag(Statusword::INTERNAL_LIMIT, self.conditions().limited())
                 | flag(Statusword::MODE_12, bits.specific)
-                | flag(Statusword::MODE_13, following),
+                | flag(Statusword::MODE_13, following || homing_failed),
         )
     }
 
@@ -284,11 +441,14 @@ impl Axis {
             State::OperationEnabled if self.stop.is_none() => self.motion.generator().limited(),
             _ => Limited::default(),
         };
-        let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
-        self.watch.conditions(Limited {
-            torque: limited.torque || (powered && self.limited),
+        let limits = Limited {
+            torque: limited.torque || (self.is_powered() && self.limited),
             ..limited
-        })
+        };
+        Conditions {
+            homing_failed: self.homing_error().is_some(),
+            ..self.watch.conditions(limits)
+        }
     }
 
     /// Takes note of what the statusword shows.
@@ -325,6 +485,7 @@ impl Axis {
             },
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
+            angle: actual.electrical_angle,
             left_ns: 0,
         };
         // A demand not yet taken is not yet in the control half's answers.
@@ -346,6 +507,16 @@ impl Axis {
                 torque_is_demand: true,
                 ..motor
             },
+            Demand::TorqueWithAngle { angle, .. } => Present {
+                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
+                angle,
+                left_ns: match (self.fresh, self.demand) {
+                    (true, Demand::TorqueWithAngle { duration_ns, .. }) => duration_ns,
+                    _ => actual.demand_left_ns,
+                },
+                ..motor
+            },
+            Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
             Demand::Velocity { .. } => Present {
                 velocity: demand_velocity,
                 ..motor
@@ -364,6 +535,40 @@ impl Axis {
         }
     }
 
+    /// A command leads to another state, at once or at the end of a ramp.
+    fn go(&mut self, state: State, code: QuickStopCode, inputs: &Inputs<'_>) {
+        let ramps = self.dialect.ramps_on_stop
+            && match state {
+                State::SwitchedOn => inputs.configuration.disable_option != 0,
+                State::ReadyToSwitchOn => inputs.configuration.shutdown_option == 1,
+                _ => false,
+            };
+        let moving = inputs.present.velocity != 0.0 && self.demand != Demand::Idle;
+        if self.state != State::OperationEnabled || !ramps || !moving {
+            self.enter(state, code, inputs);
+        } else if self.leaving.replace(state).is_none() {
+            self.begin_stop(self.braked(Braking::SlowDownRamp, inputs));
+        }
+    }
+
+    /// Operation enabled is not left after all.
+    fn stay(&mut self, inputs: &Inputs<'_>) {
+        self.leaving = None;
+        self.stop = None;
+        let motion = self.motion.generator_mut();
+        motion.resume(inputs);
+        let demand = motion.begin();
+        self.put(demand);
+    }
+
+    /// To rest from any motion.
+    fn braked(&self, braking: Braking, inputs: &Inputs<'_>) -> Stop {
+        match self.demand {
+            Demand::Position { .. } => Stop::by_position(braking, inputs),
+            _ => Stop::by_velocity(braking, inputs),
+        }
+    }
+
     /// Everything that happens on entering a state by a command.
     fn enter(&mut self, state: State, code: QuickStopCode, inputs: &Inputs<'_>) {
         self.state = state;
@@ -375,12 +580,12 @@ impl Axis {
                 self.start_mode(inputs);
             }
             State::QuickStopActive if !code.frees(self.dialect) => {
-                self.motion = Motion::IDLE;
+                self.leave_motion();
                 self.quick_stop_code = code;
-                self.begin_stop(match self.demand {
-                    _ if !self.dialect.ramps_on_stop => Stop::in_place(inputs),
-                    Demand::Position { .. } => Stop::by_position(code.braking(), inputs),
-                    _ => Stop::by_velocity(code.braking(), inputs),
+                self.begin_stop(if self.dialect.ramps_on_stop {
+                    self.braked(code.braking(), inputs)
+                } else {
+                    Stop::in_place(inputs)
                 });
             }
             State::QuickStopActive => {
@@ -394,8 +599,11 @@ impl Axis {
     /// The mode in force starts anew; its statusword bits are cleared (P3 l.474).
     fn start_mode(&mut self, inputs: &Inputs<'_>) {
         self.motion = Motion::start(self.mode, inputs);
-        self.stop = None;
         self.watch = Watch::NEW;
+        if self.leaving.is_some() {
+            return;
+        }
+        self.stop = None;
         if !self.halt_or_resume(inputs) {
             self.put(self.motion.generator().begin());
         }
@@ -409,7 +617,7 @@ impl Axis {
                 let braking = Braking::of_halt(inputs.configuration);
                 self.begin_stop(match self.mode {
                     Mode::PROFILE_POSITION => Stop::by_position(braking, inputs),
-                    Mode::PROFILE_VELOCITY => Stop::by_velocity(braking, inputs),
+                    Mode::PROFILE_VELOCITY | Mode::HOMING => Stop::by_velocity(braking, inputs),
                     // This mode's ramp is the torque slope.
                     Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
                     Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),
@@ -436,10 +644,17 @@ impl Axis {
         self.halted = false;
     }
 
-    /// The motor is free, and nothing is left of its motion.
-    fn leave(&mut self) {
+    /// The mode has no say any more.
+    fn leave_motion(&mut self) {
         self.motion = Motion::IDLE;
         self.stop = None;
+        self.leaving = None;
+        self.reaction_ms = 0;
+    }
+
+    /// The motor is free, and nothing is left of its motion.
+    fn leave(&mut self) {
+        self.leave_motion();
         self.watch = Watch::NEW;
         self.put(Demand::Off);
     }

@@ -27,6 +27,8 @@ pub struct Conditions {
     pub acceleration_limited: bool,
     /// The target torque exceeds the limit, or the controllers are at one of theirs.
     pub torque_limited: bool,
+    /// Homing has failed; until it is started again or left.
+    pub homing_failed: bool,
 }
 
 impl Conditions {
@@ -128,6 +130,7 @@ impl Watch {
             velocity_limited: limited.velocity,
             acceleration_limited: limited.acceleration,
             torque_limited: limited.torque,
+            homing_failed: false,
         }
     }
 }

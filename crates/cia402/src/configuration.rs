@@ -4,6 +4,7 @@
 //! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
 
 use crate::arithmetic::{AT_ONCE, magnitude};
+use crate::homing::{HomingConfiguration, HomingInputs};
 use crate::profile::ProfileLimits;
 
 /// A window and how long a value must be beyond it (monitors) or within it (targets).
@@ -47,8 +48,18 @@ pub struct Configuration {
     pub interpolation_period_ns: u32,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
     pub quick_stop_option: i16,
+    /// Shutdown option code (0x605B): 1 slows down on the slow-down ramp first; others free the
+    /// motor at once.
+    pub shutdown_option: i16,
+    /// Disable operation option code (0x605C): 0 frees the motor at once; others slow down first.
+    pub disable_option: i16,
     /// Halt option code (0x605D), 1 to 4; others count as 1.
     pub halt_option: i16,
+    /// Fault reaction option code (0x605E), 0 to 4; others count as 2.
+    pub fault_reaction_option: i16,
+    /// Abort connection option code (0x6007): 1 fault, 2 disable voltage, 3 quick stop; others:
+    /// nothing happens.
+    pub abort_connection_option: i16,
     /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
     pub following_warning: Option<Window>,
     /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
@@ -66,11 +77,13 @@ pub struct Configuration {
     pub velocity_threshold: f32,
     /// How long the speed must exceed the threshold to count as motion, ms (0x6070).
     pub velocity_threshold_time_ms: u16,
+    /// Parameters of mode 6.
+    pub homing: HomingConfiguration,
 }
 
 impl Default for Configuration {
-    /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; quick stop on
-    /// its ramp, halt on the slow-down ramp.
+    /// Everything 0 or off: no motion; rated torque; a set-point each millisecond; the standard's
+    /// option codes, but that a lost connection changes nothing.
     fn default() -> Configuration {
         Configuration {
             profile_velocity: 0.0,
@@ -85,7 +98,11 @@ impl Default for Configuration {
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
             quick_stop_option: 2,
+            shutdown_option: 0,
+            disable_option: 1,
             halt_option: 1,
+            fault_reaction_option: 2,
+            abort_connection_option: 0,
             following_warning: None,
             following_fault: None,
             velocity_warning: None,
@@ -94,6 +111,7 @@ impl Default for Configuration {
             velocity_window: None,
             velocity_threshold: 0.0,
             velocity_threshold_time_ms: 0,
+            homing: HomingConfiguration::DEFAULT,
         }
     }
 }
@@ -256,6 +274,12 @@ pub struct Targets {
     pub velocity_offset: i32,
     /// Torque offset, per mille of rated torque (0x60B2); cyclic modes.
     pub torque_offset_pm: i16,
+    /// Electrical angle, 1/65,536 turn (0x60EA); modes 11 and 12.
+    pub angle: i16,
+    /// Voltage of the d axis, 1/32,768 of the longest vector (P3: 0x3010,4); mode 12.
+    pub voltage_d: i16,
+    /// Voltage of the q axis, in the same unit (P3: 0x3010,5); mode 12.
+    pub voltage_q: i16,
 }
 
 /// Which target object has been received.
@@ -267,6 +291,10 @@ pub enum Target {
     Velocity,
     /// 0x6071
     Torque,
+    /// 0x60EA
+    Angle,
+    /// P3: 0x3010,4 or 0x3010,5
+    PhaseVoltage,
 }
 
 /// What the control half knows. The demand values are those that the next control boundary would
@@ -288,6 +316,8 @@ pub struct Actual {
     pub demand_velocity: f32,
     /// Torque demand, per mille; looked at while the demand is a torque.
     pub demand_torque_pm: f32,
+    /// Electrical angle of the frame in which the voltage is made, 1/65,536 turn.
+    pub electrical_angle: i16,
     /// How long the demand's segment will still last, ns; 0 if it has ended.
     pub demand_left_ns: u32,
     /// The controllers are at a limit of torque, current, voltage or speed.
@@ -296,4 +326,6 @@ pub struct Actual {
     pub voltage: bool,
     /// The drive has a warning.
     pub warning: bool,
+    /// Switches and what was captured at them.
+    pub homing: HomingInputs,
 }

@@ -63,6 +63,11 @@ impl Controlword {
         self.bit(4)
     }
 
+    /// Bit 4 in homing mode: 1 starts, 0 interrupts.
+    pub const fn start_homing(self) -> bool {
+        self.bit(4)
+    }
+
     /// Bit 5 in profile position mode: leave the present set-point at once.
     pub const fn change_immediately(self) -> bool {
         self.bit(5)

@@ -13,10 +13,12 @@ pub struct Dialect {
     pub modes_only_when_enabled: bool,
     /// Entering operation enabled puts the drive into mode 0 (P3 l.488).
     pub mode_display_cleared_on_enable: bool,
-    /// A quick stop decelerates. If not, option codes 0 to 4 free the motor at once, and 5 to 8
-    /// hold the position of that moment (P3 l.185, l.841).
+    /// A quick stop decelerates, as do the reaction to a fault and the ways out of operation
+    /// enabled, where their option codes say so. If not, quick stop option codes 0 to 4 free the
+    /// motor at once, and 5 to 8 hold the position of that moment (P3 l.185, l.841); all else frees
+    /// the motor.
     pub ramps_on_stop: bool,
-    /// Controlword bit 8, halt, stops the axis in the modes 1, 3 and 4, as 0x605D says. If not, the
+    /// Controlword bit 8, halt, stops the axis in the modes 1, 3, 4 and 6, as 0x605D says. If not, the
     /// bit has no meaning (P3 l.149).
     pub halt_bit: bool,
     /// Statusword bit 9 exists and is 1 (P3 has none, l.150).

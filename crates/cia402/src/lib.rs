@@ -11,7 +11,7 @@
 //! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
 //! (the trapezoid), then the modes one by one, then [`Axis`], which ties them together.
 //!
-//! Not here: velocity mode 2, homing, interpolated position, cyclic torque with angle, the option
+//! Not here: velocity mode 2, interpolated position, cyclic torque with angle, the option
 //! codes 0x605B, 0x605C and 0x605E, and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
 //! 0x6502 follows from it.
 #![no_std]
@@ -32,6 +32,7 @@ mod configuration;
 mod controlword;
 mod demand;
 mod dialect;
+mod homing;
 mod mode;
 mod modes;
 mod option_code;
@@ -51,6 +52,10 @@ pub use configuration::{Actual, Configuration, Target, Targets, Window};
 pub use controlword::{Command, Controlword, ControlwordInMode};
 pub use demand::{Demand, Point};
 pub use dialect::Dialect;
+pub use homing::{
+    Captured, Direction, Edge, HomingConfiguration, HomingError, HomingInputs, HomingMethod,
+    Switch, Trigger,
+};
 pub use mode::{Mode, ModeSet};
 pub use outcome::{ModeRefused, Outcome};
 pub use profile::{Profile, ProfileLimits};

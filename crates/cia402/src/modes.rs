@@ -3,18 +3,24 @@
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
+mod homing;
+mod phase_voltage;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
+mod torque_with_angle;
 
 use crate::path::Present;
 use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
 use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
+pub(crate) use homing::Homing;
+use phase_voltage::PhaseVoltage;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+use torque_with_angle::TorqueWithAngle;
 
 /// What a generator may look at.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +44,8 @@ pub(crate) struct Limited {
     pub(crate) torque: bool,
 }
 
-/// The statusword bits that a mode owns. Bit 13 is the following error, which the axis watches.
+/// The statusword bits that a mode owns. Bit 13, the following error or an error of homing, is the
+/// axis's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Bits {
     /// Bit 10.
@@ -109,9 +116,12 @@ pub(crate) enum Motion {
     ProfilePosition(ProfilePosition),
     ProfileVelocity(ProfileVelocity),
     ProfileTorque(ProfileTorque),
+    Homing(Homing),
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
+    TorqueWithAngle(TorqueWithAngle),
+    PhaseVoltage(PhaseVoltage),
 }
 
 impl Motion {
@@ -123,9 +133,12 @@ impl Motion {
             Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
             Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
             Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
+            Mode::HOMING => Motion::Homing(Homing::new(inputs)),
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
+            Mode::CYCLIC_TORQUE_WITH_ANGLE => Motion::TorqueWithAngle(TorqueWithAngle::new(inputs)),
+            Mode::PHASE_VOLTAGE_WITH_ANGLE => Motion::PhaseVoltage(PhaseVoltage::new(inputs)),
             _ => Motion::IDLE,
         }
     }
@@ -136,9 +149,12 @@ impl Motion {
             Motion::ProfilePosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 
@@ -148,9 +164,12 @@ impl Motion {
             Motion::ProfilePosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
+            Motion::Homing(mode) => mode,
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Option codes: how the axis slows down, and what it does at rest (0x605A, 0x605D).
+//! Option codes: how the axis slows down, and what it does at rest (0x605A, 0x605D, 0x605E).
 
 use crate::{Configuration, Dialect};
 
@@ -36,6 +36,17 @@ impl Braking {
             2 => Braking::QuickStopRamp,
             3 | 4 => Braking::Limit,
             _ => Braking::SlowDownRamp,
+        }
+    }
+
+    /// The fault reaction's (0x605E), `None` if it frees the motor; codes that the standard does
+    /// not know count as 2, its default.
+    pub(crate) fn of_fault(configuration: &Configuration) -> Option<Braking> {
+        match configuration.fault_reaction_option {
+            0 => None,
+            1 => Some(Braking::SlowDownRamp),
+            3 | 4 => Some(Braking::Limit),
+            _ => Some(Braking::QuickStopRamp),
         }
     }
 }

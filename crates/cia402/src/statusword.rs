@@ -19,9 +19,10 @@ impl Statusword {
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Bit 11: a limit holds the demand or the controllers back.
     pub const INTERNAL_LIMIT: u16 = 1 << 11;
-    /// Bit 12: set-point acknowledge (1), speed is zero (3), drive follows the command (8 to 10).
+    /// Bit 12: set-point acknowledge (1), speed is zero (3), homing attained (6), drive follows the
+    /// command (8 to 10).
     pub const MODE_12: u16 = 1 << 12;
-    /// Bit 13: following error (1, 8).
+    /// Bit 13: following error (1, 8), homing error (6).
     pub const MODE_13: u16 = 1 << 13;
 
     /// Bit `n`, 0 to 15; bits beyond are 0.
@@ -74,6 +75,16 @@ impl Statusword {
     /// Bit 12 in the cyclic modes.
     pub const fn follows_command(self) -> bool {
         self.bit(12)
+    }
+
+    /// Bit 12 in homing mode.
+    pub const fn homing_attained(self) -> bool {
+        self.bit(12)
+    }
+
+    /// Bit 13 in homing mode.
+    pub const fn homing_error(self) -> bool {
+        self.bit(13)
     }
 
     /// Bit 13 in profile position and cyclic position mode.

@@ -214,6 +214,8 @@ fn other_modes_and_drives_do_not_look_at_the_bit() {
         Mode::CYCLIC_POSITION,
         Mode::CYCLIC_VELOCITY,
         Mode::CYCLIC_TORQUE,
+        Mode::CYCLIC_TORQUE_WITH_ANGLE,
+        Mode::PHASE_VOLTAGE_WITH_ANGLE,
     ] {
         let run = |word: u16| {
             let mut rig = Rig::enabled(&STANDARD, mode);
@@ -404,6 +406,7 @@ fn stronger_commands_end_a_halt() {
             (0x07, State::SwitchedOn),
         ] {
             let mut rig = moving(mode);
+            rig.configuration.disable_option = 0;
             rig.word(HALT);
             rig.run_ms(5);
             rig.trace.clear();

@@ -299,6 +299,7 @@ fn the_manuals_drive_from_reset_to_target() {
 fn leaving_the_mode_or_the_state_forgets_everything() {
     for way in 0..2 {
         let mut rig = Rig::enabled(&STANDARD, Mode::PROFILE_POSITION);
+        rig.configuration.disable_option = 0;
         rig.targets.position = 1000;
         rig.word(0x1F);
         rig.run_ms(10);

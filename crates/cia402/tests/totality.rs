@@ -2,7 +2,9 @@
 
 mod rig;
 
-use cia402::{Actual, Axis, Configuration, Demand, State, Target, Targets, Window};
+use cia402::{
+    Actual, Axis, Captured, Configuration, Demand, HomingInputs, State, Target, Targets, Window,
+};
 use rig::{P3, Random, STANDARD};
 
 #[test]
@@ -30,7 +32,7 @@ fn anything_may_be_written_at_any_time() {
         let mut configuration = Configuration::default();
         let mut targets = Targets::default();
         let mut actual = Actual::default();
-        let mut enabled = 0;
+        let (mut enabled, mut homed) = (0, 0);
         for step in 0..1_000_000 {
             let number = odd[random.below(odd.len() as u64) as usize];
             let integer = integers[random.below(integers.len() as u64) as usize];
@@ -38,7 +40,7 @@ fn anything_may_be_written_at_any_time() {
                 size: integer as u32,
                 time_ms: random.below(3) as u16,
             });
-            match random.below(40) {
+            match random.below(44) {
                 0 => configuration.profile_velocity = number,
                 1 => configuration.acceleration = number,
                 2 => configuration.deceleration = number,
@@ -53,7 +55,16 @@ fn anything_may_be_written_at_any_time() {
                 11 if random.below(2) == 0 => {
                     configuration.halt_option = random.below(7) as i16 - 1;
                 }
-                11 => configuration.quick_stop_option = random.below(12) as i16 - 2,
+                11 => {
+                    let code = random.below(12) as i16 - 2;
+                    match random.below(5) {
+                        0 => configuration.shutdown_option = code,
+                        1 => configuration.disable_option = code,
+                        2 => configuration.fault_reaction_option = code,
+                        3 => configuration.abort_connection_option = code,
+                        _ => configuration.quick_stop_option = code,
+                    }
+                }
                 12 => configuration.position_window = window,
                 13 => configuration.following_fault = window,
                 14 => configuration.velocity_window = window,
@@ -71,9 +82,37 @@ fn anything_may_be_written_at_any_time() {
                 26 => actual.demand_torque_pm = number,
                 27 => actual.torque_pm = number,
                 28 => axis.initialised(),
+                40 => configuration.homing.method = random.below(48) as i8 - 6,
+                41 => {
+                    configuration.homing.switch_velocity = number;
+                    configuration.homing.zero_velocity = number.abs();
+                    configuration.homing.acceleration = number;
+                    configuration.homing.offset = integer;
+                    configuration.homing.range = integer as u32;
+                    configuration.homing.timeout_ms = random.below(100) as u32;
+                }
+                42 | 43 => {
+                    actual.limited = window.is_some();
+                    actual.homing = HomingInputs {
+                        negative_limit: random.below(4) == 0,
+                        positive_limit: random.below(4) == 0,
+                        home: random.below(2) == 0,
+                        captured: Captured {
+                            serial: random.below(3) as u8,
+                            edge: window.map(|_| integer),
+                            index: window.map(|_| integer),
+                        },
+                    };
+                }
                 29 if random.below(20) == 0 => axis.fault(),
+                29 if random.below(20) == 0 => {
+                    axis.fault_reaction(&configuration, &targets, &actual)
+                }
                 30 => {
-                    let mode = random.below(14) as i8 - 2;
+                    let mode = match random.below(4) {
+                        0 => 6,
+                        _ => random.below(14) as i8 - 2,
+                    };
                     let _ = axis.write_mode(mode, &configuration, &targets, &actual);
                 }
                 31..=33 => {
@@ -90,6 +129,9 @@ fn anything_may_be_written_at_any_time() {
                 34 => axis.set_point(Target::Position, &configuration, &targets, &actual),
                 35 => axis.set_point(Target::Velocity, &configuration, &targets, &actual),
                 36 => axis.set_point(Target::Torque, &configuration, &targets, &actual),
+                37 if random.below(20) == 0 => {
+                    axis.connection_lost(&configuration, &targets, &actual);
+                }
                 _ => axis.tick(&configuration, &targets, &actual),
             }
             enabled += u32::from(axis.state() == State::OperationEnabled);
@@ -102,15 +144,21 @@ fn anything_may_be_written_at_any_time() {
                         && point.torque_pm.is_finite()
                 });
                 assert!(sound, "step {step}: {demand:?}");
-                let driven = matches!(
-                    axis.state(),
-                    State::OperationEnabled | State::QuickStopActive
-                );
-                assert_eq!(driven, demand != Demand::Off, "step {step}: {demand:?}");
+                let driven = demand != Demand::Off;
+                let right = match axis.state() {
+                    State::OperationEnabled | State::QuickStopActive => driven,
+                    State::FaultReactionActive => true,
+                    _ => !driven,
+                };
+                assert!(right, "step {step}: {demand:?} in {}", axis.state());
+                assert_eq!(driven, axis.is_powered());
             }
+            homed += u32::from(axis.take_position_shift().is_some());
+            let _ = axis.take_trigger();
             let status = axis.statusword();
             assert_eq!(status.state(), Some(axis.state()));
         }
         assert!(enabled > 100_000, "{enabled}");
+        assert!(homed > 5, "{homed}");
     }
 }

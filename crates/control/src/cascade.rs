@@ -16,7 +16,7 @@ const LEAST_BUS_V: f32 = 1.0;
 /// The controllers of one drive (or of a batch, one per lane): from sample to duty.
 ///
 /// [`period`](Self::period) runs once per control period. It has no branch on values, and one
-/// division: by the supply voltage. For one `f32` drive that is 814 instructions on x86-64
+/// division: by the supply voltage (a given voltage costs a second one). For one `f32` drive that is 814 instructions on x86-64
 /// (callgrind), and on a Cortex-M4F 1,028 as compiled, a tenth of them the `it` of selections.
 /// Numbers that are not, in a sample, a parameter or a command,
 /// leave every duty within 0 and 1 and no trace in the state once they have gone.
@@ -32,6 +32,8 @@ pub struct Cascade<R: Real> {
     /// The bridge was on in the last period.
     was_enabled: R::Mask,
     voltage_limited: R::Mask,
+    /// Part of a given voltage that is applied, so that its current stays within the limit.
+    given_part: R,
     /// A short circuit has opened the bridge; until the command switches it off.
     tripped: R::Mask,
     encoder_valid: R::Mask,
@@ -54,6 +56,26 @@ pub struct Cascade<R: Real> {
 // A drive's share of the cache, and of a microcontroller's memory.
 const _: () = assert!(core::mem::size_of::<Cascade<f32>>() <= 512);
 
+/// How fast a given voltage gives way to its current's limit: the part of the present excess, in
+/// squares, that one period takes back.
+const THROTTLE: f32 = 0.02;
+/// The least part, from which it can grow again.
+const LEAST_PART: f32 = 1.0 / 1024.0;
+
+/// The part of a given voltage to be applied next: less while the current exceeds its limit, back
+/// to all of it while there is room. It halves at most within one period.
+fn throttled<R: Real>(part: R, actual: Rotor<R>, limit_a: R) -> R {
+    let half = R::splat(0.5);
+    let square = limit_a * limit_a;
+    let square = square.greatest(R::splat(1e-6)).least(R::splat(1e12));
+    let excess = (actual.d * actual.d + actual.q * actual.q) / square - R::splat(1.0);
+    let factor = (R::splat(1.0) - R::splat(THROTTLE) * excess).greatest(half);
+    let next = (part * factor)
+        .least(R::splat(1.0))
+        .greatest(R::splat(LEAST_PART));
+    R::select(R::splat(0.0).lt(limit_a), next, R::splat(0.0))
+}
+
 impl<R: Real> Cascade<R> {
     /// Bridge off, position to be taken from the first sample.
     pub fn new(parameters: &Parameters<R>) -> Self {
@@ -69,6 +91,7 @@ impl<R: Real> Cascade<R> {
             i2t: I2tSum::new(),
             was_enabled: off,
             voltage_limited: off,
+            given_part: R::splat(1.0),
             tripped: off,
             encoder_valid: R::Mask::splat(true),
             matched_velocity: zero,
@@ -95,6 +118,11 @@ impl<R: Real> Cascade<R> {
         self.segment.reverse(turned);
         self.motion.reverse(turned);
         self.matched_velocity = R::select(turned, -self.matched_velocity, self.matched_velocity);
+    }
+
+    /// Whether both have the same parameters.
+    pub fn is_tuned_like(&self, other: &Self) -> bool {
+        self.constants == other.constants
     }
 
     /// Takes a segment; it starts with the next period. With the one that enables the bridge, a
@@ -129,10 +157,22 @@ impl<R: Real> Cascade<R> {
     /// Gives the present position another name (0x6064 written). The demand moves along, so the
     /// axis does not.
     pub fn preset_position(&mut self, position: R::Count) {
-        let offset = R::count_sub(position, self.tracker.position());
+        self.rename(R::count_sub(position, self.tracker.position()));
+        self.tracker.preset(position);
+    }
+
+    /// Makes all positions `offset` greater, also while the axis moves. The demand moves along.
+    pub fn rename(&mut self, offset: R::Count) {
         self.segment.shift(offset);
         self.shown.0 = R::count_add(self.shown.0, offset);
-        self.tracker.preset(position);
+        self.tracker
+            .preset(R::count_add(self.tracker.position(), offset));
+    }
+
+    /// Position over many turns, counts, wrapping: that of the last period.
+    #[inline]
+    pub fn position(&self) -> R::Count {
+        self.tracker.position()
     }
 
     /// One control period: what the sensors say at its start, and what the bridge shall do.
@@ -145,9 +185,10 @@ impl<R: Real> Cascade<R> {
         let source = &self.command.frame;
 
         // Where the rotor is, and how fast.
-        self.tracker.update(&c.encoder, sample.encoder);
+        self.tracker
+            .update(&c.encoder, sample.encoder, sample.encoder_valid);
         let velocity = self.tracker.velocity();
-        let from_zero = R::count_sub(sample.encoder, c.electrical_zero);
+        let from_zero = R::count_sub(self.tracker.raw(), c.electrical_zero);
         let rotor = R::count_mul(from_zero, c.angle_per_count);
         let advanced = |advance: R| {
             let angle = R::count_add(rotor, (velocity * advance).to_count());
@@ -214,9 +255,16 @@ impl<R: Real> Cascade<R> {
             d: -actual.d,
             q: sign * self.motion.demand_current - actual.q,
         };
+        self.given_part = if (enabled & source.voltage_given).any() {
+            let part = throttled(self.given_part, actual, limit);
+            R::select(enabled & source.voltage_given, part, R::splat(1.0))
+        } else {
+            R::splat(1.0)
+        };
         let speed = velocity * c.electrical_rad_per_count;
         let by_loop = self.current.wanted(&c.current, error, actual, speed);
         let pick = |given: R, by_loop: R| {
+            let given = given * self.given_part;
             let voltage = R::select(source.voltage_given, given, by_loop);
             R::select(enabled, voltage, zero)
         };
@@ -308,7 +356,7 @@ impl<R: Real> Cascade<R> {
                 + R::splat(c.scales.temperature_zero_c),
             encoder: self.tracker.raw(),
             phase_adc: [adc_a + nominal, adc_b + nominal],
-            current_limited: self.motion.current_limited,
+            current_limited: self.motion.current_limited | self.given_part.lt(R::splat(1.0)),
             velocity_limited: self.motion.velocity_limited,
             voltage_limited: self.voltage_limited,
             i2t_active: self.i2t.active(),

@@ -8,7 +8,8 @@
 //! control period, and gives an [`io::Duty`]. In the order of the signal it is made of [`velocity`]
 //! (position and velocity from the encoder), [`transform`] and [`trig`] (the rotor's frame),
 //! [`motion`] (position and velocity loop), [`mod@i2t`] (thermal limit), [`current`] (current loop)
-//! and [`modulation`]. [`tuning`] makes the gains. Currents and voltages are amplitudes of the phase
+//! and [`modulation`]. [`tuning`] makes the gains, and [`capture`] keeps positions at the edges of
+//! inputs. Currents and voltages are amplitudes of the phase
 //! quantity; positions are encoder counts.
 #![no_std]
 #![cfg_attr(
@@ -24,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod capture;
 mod cascade;
 mod command;
 pub mod current;

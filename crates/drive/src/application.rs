@@ -1,11 +1,13 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, ModeRefused, State, Target};
+use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Target};
+use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
+use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
 use crate::configuration::{limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
@@ -27,11 +29,17 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    seen: Seen,
     /// What the control half has not taken yet.
-    new_command: Option<Command<f32>>,
+    new_command: bool,
     new_limits: bool,
     new_parameters: bool,
     new_position: Option<i32>,
+    new_shift: Option<i32>,
+    new_captures: bool,
+    captures: CaptureOrder,
+    /// As last handed over, per mille.
+    torque_limit_pm: f32,
     /// What of the parameters is to be saved, or with `restores` put back to its defaults.
     pub(crate) storage_request: Option<store::Request>,
     pub(crate) restores: bool,
@@ -42,7 +50,7 @@ pub(crate) struct Application {
 }
 
 impl Application {
-    /// Reads everything from the image.
+    /// Reads everything from the image. Beside it: the parameters of the loops.
     ///
     /// # Errors
     /// The [`ParameterError`] of a dictionary whose very defaults make no drive.
@@ -51,22 +59,28 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-    ) -> Result<Application, ParameterError> {
+    ) -> Result<(Application, Parameters<f32>), ParameterError> {
+        let (parameters, loops) = read_parameters(image, personality, &hardware)?;
         let mut application = Application {
             personality,
             hardware,
             axis: Axis::new(&personality.cia402),
             configuration: read_configuration(image, &personality.axis),
             max_motor_velocity: None,
-            loops: read_parameters(image, personality, &hardware)?,
+            loops,
             parameter_error: None,
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
-            new_command: Some(Command::idle()),
+            seen: Seen::default(),
+            new_command: true,
             new_limits: false,
             new_parameters: true,
             new_position: None,
+            new_shift: None,
+            new_captures: true,
+            captures: CaptureOrder::default(),
+            torque_limit_pm: 0.0,
             storage_request: None,
             restores: false,
             is_stopped: false,
@@ -74,13 +88,17 @@ impl Application {
         };
         application.configure(image);
         application.axis.initialised();
-        Ok(application)
+        Ok((application, parameters))
     }
 
     /// Takes what the control half has seen.
-    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
+    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
         self.feedback = *feedback;
         self.signals = *signals;
+        self.seen = *seen;
+        if self.personality.inputs.is_none() {
+            self.seen.active = 0;
+        }
     }
 
     /// Acts upon writes that were committed.
@@ -92,6 +110,9 @@ impl Application {
             self.configure(image);
         }
         let targets = [
+            // Before the torque, which is meant at this angle.
+            (class::TARGET_ANGLE, Target::Angle),
+            (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
             (class::TARGET_TORQUE, Target::Torque),
@@ -119,15 +140,39 @@ impl Application {
             signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
+            active_inputs: self.seen.active,
+            // "Ignored in Idle/Homing modes" (l.998).
+            ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
+            connection_matters: self.is_powered()
+                && self.configuration.abort_connection_option == 1,
         };
-        if self.faults.judge(image, &seen) {
+        let judgement = self.faults.judge(image, &seen);
+        if judgement.frees {
             self.axis.fault();
+        } else if judgement.is_fault {
+            self.axis
+                .fault_reaction(&self.configuration, &targets, &actual);
+        } else if judgement.connection_lost {
+            // A fault it is not: that was judged with the others.
+            self.axis
+                .connection_lost(&self.configuration, &targets, &actual);
         }
         self.take_demand();
+        // It is a part of the supply and moves with it.
+        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
-        self.new_command.take()
+        core::mem::take(&mut self.new_command).then(|| {
+            command(
+                self.axis.demand(),
+                self.axis.mode(),
+                &self.limited_configuration(),
+                self.max_motor_velocity,
+                &self.loops,
+                self.feedback.bus_voltage_v,
+            )
+        })
     }
 
     /// Limits that changed while the demand goes on.
@@ -136,23 +181,33 @@ impl Application {
             limits(
                 self.axis.demand(),
                 self.axis.mode(),
-                &self.configuration,
+                &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
             )
         })
     }
 
-    pub(crate) fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        core::mem::take(&mut self.new_parameters).then_some(self.loops.parameters)
+    pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
+        core::mem::take(&mut self.new_parameters).then_some(())?;
+        // They were read without an error when they changed.
+        read_parameters(image, self.personality, &self.hardware)
+            .ok()
+            .map(|(parameters, _)| parameters)
     }
 
     pub(crate) fn take_position(&mut self) -> Option<i32> {
         self.new_position.take()
     }
 
-    pub(crate) fn parameters(&self) -> Parameters<f32> {
-        self.loops.parameters
+    pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
+        self.new_shift.take()
+    }
+
+    pub(crate) fn take_captures(&mut self) -> Option<CaptureOrder> {
+        let order = self.captures;
+        self.captures.triggers = Default::default();
+        core::mem::take(&mut self.new_captures).then_some(order)
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -165,31 +220,74 @@ impl Application {
 
     fn configure(&mut self, image: &Image<'_>) {
         let objects = &self.personality.axis;
-        self.configuration = read_configuration(image, objects);
+        self.configuration = self.read_configuration(image);
         self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
         self.new_limits = true;
+        if let Some(inputs) = &self.personality.inputs {
+            self.captures.inverted = image.raw(inputs.inverted);
+            self.new_captures = true;
+        }
+    }
+
+    fn read_configuration(&self, image: &Image<'_>) -> Configuration {
+        let mut configuration = read_configuration(image, &self.personality.axis);
+        configuration.homing.counts_per_turn = self.loops.counts_per_turn;
+        configuration
+    }
+
+    /// With what the axis itself takes back of its torque.
+    fn limited_configuration(&self) -> Configuration {
+        Configuration {
+            max_torque_pm: self.axis.torque_limit_pm(&self.configuration),
+            ..self.configuration
+        }
     }
 
     fn configure_loops(&mut self, image: &Image<'_>) {
         match read_parameters(image, self.personality, &self.hardware) {
-            Ok(loops) => {
+            Ok((_, loops)) => {
                 self.loops = loops;
                 self.new_parameters = true;
                 self.parameter_error = None;
             }
-            Err(error) => self.parameter_error = Some(error),
+            Err(error) => {
+                // Those that were not fetched yet are gone with the objects.
+                self.new_parameters = false;
+                self.parameter_error = Some(error);
+            }
         }
     }
 
     fn take_demand(&mut self) {
-        if let Some(demand) = self.axis.take_demand() {
-            self.new_command = Some(command(
-                &demand,
-                self.axis.mode(),
-                &self.configuration,
-                self.max_motor_velocity,
-                &self.loops,
-            ));
+        if let Some(shift) = self.axis.take_position_shift() {
+            self.rename(shift);
+        }
+        if let Some(trigger) = self.axis.take_trigger() {
+            if let Some(place) = self.captures.triggers.get_mut(captures::HOMING) {
+                *place = Some(homing_trigger(trigger));
+            }
+            self.new_captures = true;
+        }
+        let limit = self.axis.torque_limit_pm(&self.configuration);
+        if limit != self.torque_limit_pm {
+            self.torque_limit_pm = limit;
+            self.new_limits = true;
+        }
+        self.new_command |= self.axis.take_demand().is_some();
+    }
+
+    /// Home is attained: all positions become `shift` counts greater, at once also those that are
+    /// shown before the control half has been seen again.
+    fn rename(&mut self, shift: i32) {
+        self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
+        self.faults.position_renamed();
+        self.seen.rename(shift);
+        for position in [
+            &mut self.feedback.position,
+            &mut self.feedback.demand_position,
+            &mut self.feedback.next_position,
+        ] {
+            *position = position.wrapping_add(shift);
         }
     }
 
@@ -209,19 +307,19 @@ impl Application {
 
     /// Whether the power stage is on.
     pub(crate) fn is_powered(&self) -> bool {
-        matches!(
-            self.axis.state(),
-            State::OperationEnabled | State::QuickStopActive
-        )
+        self.axis.is_powered()
     }
 
     fn actual(&self) -> Actual {
         let feedback = &self.feedback;
         // The demand that counts is the next period's. The position moves along with it, so that
         // their difference stays the following error of one moment.
-        let moved = feedback
-            .next_position
-            .wrapping_sub(feedback.demand_position);
+        let moved = match self.axis.demand() {
+            Demand::Position { .. } => feedback
+                .next_position
+                .wrapping_sub(feedback.demand_position),
+            _ => 0,
+        };
         Actual {
             position: feedback.position.wrapping_add(moved),
             velocity: feedback.velocity_reported,
@@ -230,6 +328,7 @@ impl Application {
             demand_fraction: feedback.next_fraction,
             demand_velocity: feedback.next_velocity,
             demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
+            electrical_angle: (feedback.electrical_angle >> 16) as i16,
             demand_left_ns: self
                 .loops
                 .timing
@@ -239,6 +338,7 @@ impl Application {
                 || feedback.voltage_limited,
             voltage: feedback.bus_voltage_v > self.personality.supply.present_v,
             warning: self.faults.has_warning(),
+            homing: homing_inputs(&self.seen),
         }
     }
 
@@ -248,7 +348,7 @@ impl Application {
         }
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
-            self.configuration = read_configuration(image, &self.personality.axis);
+            self.configuration = self.read_configuration(image);
         }
         let targets = read_targets(image, &self.personality.axis);
         let actual = self.actual();
@@ -282,6 +382,14 @@ impl Application {
             1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
             1 | -1 => Verdict::Accept,
             _ => Verdict::Refuse(Abort::INVALID_VALUE),
+        }
+    }
+
+    /// Numbers that are reserved are no methods.
+    fn write_homing_method(&self, number: i8) -> Verdict {
+        match HomingMethod::new(number) {
+            Some(_) => Verdict::Accept,
+            None => Verdict::Refuse(Abort::INVALID_VALUE),
         }
     }
 
@@ -326,10 +434,26 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
+            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
+        {
+            return match self.axis.demand() {
+                Demand::PhaseVoltage { .. } => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            };
+        }
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            // P48: an angle only where one is used.
+            (0xEA, 0) => {
+                return match self.axis.demand() {
+                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
+                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
+                };
+            }
+            (0x98, 0) => return self.write_homing_method(raw as i8),
             _ => {}
         }
         match object.index {
@@ -342,7 +466,6 @@ impl Application {
                 }
                 Err(abort) => Verdict::Refuse(abort),
             },
-            // P48: an angle only in the modes that use one, which there are none of yet.
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
         }
     }
@@ -354,7 +477,18 @@ impl Application {
             &self.personality.axis,
             &self.axis,
             &self.feedback,
+            &self.signals,
             self.loops.pm_per_ampere,
         );
+        if let Some(homing) = &self.personality.axis.homing {
+            image.set(homing.is_homed, u8::from(self.axis.is_homed()));
+            if let Some(search) = &homing.search {
+                let error = self.axis.homing_error();
+                image.set(search.error, error.map_or(0, cia402::HomingError::number));
+            }
+        }
+        if let Some(inputs) = &self.personality.inputs {
+            image.set(inputs.active, self.seen.active);
+        }
     }
 }

@@ -3,11 +3,13 @@
 use can::Frame;
 use canopen::nmt::Reset;
 use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store};
+use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
 
 use crate::application::Application;
+use crate::captures::CaptureOrder;
 use crate::faults::CommunicationErrors;
 use crate::serving::Serving;
 use crate::{Hardware, Health, Host, ParameterError, PwmTiming};
@@ -58,7 +60,8 @@ impl<M: NodeMemory> Comms<M> {
     /// of the reason for this start is in `health`.
     ///
     /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
-    /// parameter error. Returned beside it: what was wrong with them.
+    /// parameter error. Returned beside it: the parameters with which the control half begins, and
+    /// what was wrong with those stored.
     ///
     /// # Errors
     /// [`ParameterError`] if the personality's own defaults make no drive.
@@ -70,7 +73,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Option<store::Damage>), ParameterError> {
+    ) -> Result<(Comms<M>, Parameters<f32>, Option<store::Damage>), ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -79,7 +82,8 @@ impl<M: NodeMemory> Comms<M> {
         }
         // On the defaults first: stored parameters that make no drive are a parameter error, not
         // the end of it.
-        let mut application = Application::new(personality, hardware, &image, Feedback::silent())?;
+        let (mut application, parameters) =
+            Application::new(personality, hardware, &image, Feedback::silent())?;
         let damage = store::load(&table, &mut image, stored).err();
         application.faults.report(Health {
             store_damaged: health.store_damaged || damage.is_some(),
@@ -95,7 +99,7 @@ impl<M: NodeMemory> Comms<M> {
             was_bus_off: false,
             next_tick: Instant::NEVER,
         };
-        Ok((comms, damage))
+        Ok((comms, parameters, damage))
     }
 
     /// Boots up. Call once.
@@ -105,11 +109,11 @@ impl<M: NodeMemory> Comms<M> {
         self.handle(events, now);
     }
 
-    /// What the control half has seen and the board says; call before [`Comms::receive`] and [`Comms::poll`], so that
-    /// they act upon the present.
+    /// What the control half has seen and captured, and the board says; call before
+    /// [`Comms::receive`] and [`Comms::poll`], so that they act upon the present.
     #[inline]
-    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals) {
-        self.application.observe(feedback, signals);
+    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
+        self.application.observe(feedback, signals, seen);
     }
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
@@ -184,19 +188,25 @@ impl<M: NodeMemory> Comms<M> {
         self.application.take_limits()
     }
 
-    /// The parameters of the control half.
-    pub fn parameters(&self) -> Parameters<f32> {
-        self.application.parameters()
-    }
-
     /// New parameters for the control half.
     pub fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        self.application.take_parameters()
+        self.application.take_parameters(&self.node.image())
     }
 
     /// A new name for the present position, counts.
     pub fn take_position(&mut self) -> Option<i32> {
         self.application.take_position()
+    }
+
+    /// By how much all positions become greater, captured ones as well; in force before the next
+    /// command.
+    pub fn take_position_shift(&mut self) -> Option<i32> {
+        self.application.take_position_shift()
+    }
+
+    /// What the control half shall capture.
+    pub fn take_captures(&mut self) -> Option<CaptureOrder> {
+        self.application.take_captures()
     }
 
     /// What the drive asks of its host.

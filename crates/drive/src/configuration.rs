@@ -1,8 +1,8 @@
 //! From the dictionary to the axis: limits, profile parameters and targets in internal units.
 
-use canopen::{Field, Image};
-use cia402::{Configuration, Targets, Window};
-use personalities::{AxisObjects, Scaled, TargetWindow, WindowObjects};
+use canopen::{Address, Field, Image};
+use cia402::{Configuration, HomingConfiguration, Targets, Window};
+use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, WindowObjects};
 
 /// The value of an object in internal units.
 #[inline]
@@ -90,12 +90,12 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         max_torque_pm: value(image, objects.max_torque),
         torque_slope_pm_per_s: limit(image, objects.torque_slope),
         interpolation_period_ns: interpolation_period_ns(image, objects.interpolation_period),
-        quick_stop_option: objects
-            .quick_stop_option
-            .map_or(2, |field| image.number(field) as i16),
-        halt_option: objects
-            .halt_option
-            .map_or(1, |field| image.number(field) as i16),
+        quick_stop_option: code(image, objects.quick_stop_option, 2),
+        shutdown_option: code(image, objects.shutdown_option, 0),
+        disable_option: code(image, objects.disable_option, 0),
+        halt_option: code(image, objects.halt_option, 1),
+        fault_reaction_option: code(image, objects.fault_reaction_option, 0),
+        abort_connection_option: code(image, objects.abort_connection_option, 0),
         following_warning: window(image, objects.following_warning),
         following_fault: window(image, objects.following_fault),
         velocity_warning: window(image, objects.velocity_warning),
@@ -104,7 +104,38 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         velocity_window: target_window(image, objects.velocity_window),
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
+        homing: axis.homing.map_or(HomingConfiguration::DEFAULT, |objects| {
+            homing(image, &objects)
+        }),
     }
+}
+
+/// What homing needs of the dictionary; the counts of a turn are the motor's.
+fn homing(image: &Image<'_>, objects: &HomingObjects) -> HomingConfiguration {
+    let configuration = HomingConfiguration {
+        method: image.number(objects.method) as i8,
+        offset: count(image, objects.offset),
+        ..HomingConfiguration::DEFAULT
+    };
+    let Some(search) = objects.search else {
+        return configuration;
+    };
+    HomingConfiguration {
+        switch_velocity: value(image, search.switch_velocity),
+        zero_velocity: value(image, search.zero_velocity),
+        acceleration: value(image, search.acceleration),
+        stop_torque_pm: value(image, search.stop_torque),
+        stop_time_ms: image.raw(search.stop_time_ms) as u16,
+        back_off: image.raw(search.back_off),
+        timeout_ms: image.raw(search.timeout_ms),
+        range: image.raw(search.range),
+        ..configuration
+    }
+}
+
+/// An option code, or what a drive without the object does.
+fn code(image: &Image<'_>, object: Option<Field>, otherwise: i16) -> i16 {
+    object.map_or(otherwise, |field| image.number(field) as i16)
 }
 
 /// 0x60C2: value × 10^exponent seconds, in ns; 0 if the drive has no such object.
@@ -124,6 +155,9 @@ fn interpolation_period_ns(image: &Image<'_>, objects: Option<(Field, Field)>) -
 pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
     let objects = &axis.targets;
     let offset = |object: Option<Scaled>| object.map_or(0, |object| count(image, object));
+    let voltage = |object: Option<(Address, Field)>| {
+        object.map_or(0, |(_, field)| image.number(field) as i16)
+    };
     Targets {
         position: count(image, objects.position),
         velocity: count(image, objects.velocity),
@@ -131,5 +165,8 @@ pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
         position_offset: offset(objects.position_offset),
         velocity_offset: offset(objects.velocity_offset),
         torque_offset_pm: offset(objects.torque_offset) as i16,
+        angle: objects.angle.map_or(0, |field| image.number(field) as i16),
+        voltage_d: voltage(objects.voltage_d),
+        voltage_q: voltage(objects.voltage_q),
     }
 }

@@ -3,6 +3,7 @@
 use can::Frame;
 
 use canopen::{Instant, NodeId, NodeMemory, store};
+use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Feedback};
 use personalities::Personality;
@@ -27,6 +28,7 @@ pub struct Hardware {
 pub struct Drive<M> {
     comms: Comms<M>,
     cascade: Cascade<f32>,
+    captures: Captures,
     signals: Signals,
 }
 
@@ -44,12 +46,13 @@ impl<M: NodeMemory> Drive<M> {
         stored: &[u8],
         health: Health,
     ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
-        let (comms, damage) =
+        let (comms, parameters, damage) =
             Comms::new(personality, hardware, memory, id, serial, stored, health)?;
-        let cascade = Cascade::new(&comms.parameters());
+        let cascade = Cascade::new(&parameters);
         let mut drive = Drive {
             comms,
             cascade,
+            captures: Captures::new(),
             signals: Signals::QUIET,
         };
         drive.hand_over();
@@ -64,14 +67,14 @@ impl<M: NodeMemory> Drive<M> {
 
     /// Takes a frame from the bus.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
-        self.comms.observe(&self.cascade.feedback(), &self.signals);
+        self.observe();
         self.comms.receive(frame, now, host);
         self.hand_over();
     }
 
     /// Does what time asks for.
     pub fn poll<H: Host>(&mut self, now: Instant, host: &mut H) {
-        self.comms.observe(&self.cascade.feedback(), &self.signals);
+        self.observe();
         self.comms.poll(now, host);
         self.hand_over();
     }
@@ -92,7 +95,10 @@ impl<M: NodeMemory> Drive<M> {
     #[inline]
     pub fn control_period(&mut self, sample: &Sample<f32>, signals: &Signals) -> Duty<f32> {
         self.signals = *signals;
-        self.cascade.period(sample)
+        let duty = self.cascade.period(sample);
+        self.captures
+            .period(signals.inputs, sample.encoder, self.cascade.position());
+        duty
     }
 
     /// What the drive asks of its host.
@@ -152,9 +158,22 @@ impl<M: NodeMemory> Drive<M> {
         &self.comms
     }
 
+    /// The loops.
+    pub fn cascade(&self) -> &Cascade<f32> {
+        &self.cascade
+    }
+
     /// What the loops have seen and do.
     pub fn feedback(&self) -> Feedback<f32> {
         self.cascade.feedback()
+    }
+
+    fn observe(&mut self) {
+        self.comms.observe(
+            &self.cascade.feedback(),
+            &self.signals,
+            &self.captures.seen(),
+        );
     }
 
     /// Gives the control half what the communication half has for it; in force from the next
@@ -162,9 +181,26 @@ impl<M: NodeMemory> Drive<M> {
     fn hand_over(&mut self) {
         if let Some(parameters) = self.comms.take_parameters() {
             self.cascade.set_parameters(&parameters);
+            let encoder = &parameters.encoder;
+            self.captures
+                .set_encoder(encoder.counts_per_turn, encoder.user_polarity);
         }
         if let Some(position) = self.comms.take_position() {
+            let offset = position.wrapping_sub(self.cascade.position());
             self.cascade.preset_position(position);
+            self.captures.rename(offset);
+        }
+        if let Some(offset) = self.comms.take_position_shift() {
+            self.cascade.rename(offset);
+            self.captures.rename(offset);
+        }
+        if let Some(order) = self.comms.take_captures() {
+            self.captures.set_inverted(order.inverted);
+            for (latch, trigger) in order.triggers.into_iter().enumerate() {
+                if let Some(trigger) = trigger {
+                    self.captures.set_trigger(latch, trigger);
+                }
+            }
         }
         // A command carries the limits; they come apart only while it stays in force.
         let limits = self.comms.take_limits();

@@ -6,6 +6,7 @@ use control::Feedback;
 use control::io::{Magnet, Signals};
 use personalities::{Cause, FaultRow, Kind, Personality, States, Switch};
 
+use crate::captures::{HOME, NEGATIVE_LIMIT, POSITIVE_LIMIT};
 use crate::configuration::value;
 
 /// Counts within a millisecond beyond which a position has not moved but got another sign (0x607E).
@@ -63,6 +64,23 @@ pub(crate) struct Observation<'a> {
     pub(crate) signals: &'a Signals,
     pub(crate) parameters_are_valid: bool,
     pub(crate) enabled: bool,
+    /// In the order of 0x60FD.
+    pub(crate) active_inputs: u32,
+    /// Switches mean something to the present mode, or nothing moves.
+    pub(crate) ignores_switches: bool,
+    /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
+    pub(crate) connection_matters: bool,
+}
+
+/// What the errors of a millisecond ask of the axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Judgement {
+    /// A fault has newly come.
+    pub(crate) is_fault: bool,
+    /// One with which the motor cannot be controlled any more.
+    pub(crate) frees: bool,
+    /// The connection to the master is newly lost.
+    pub(crate) connection_lost: bool,
 }
 
 /// A change of one error.
@@ -84,6 +102,8 @@ pub(crate) struct FaultManager {
     personality: &'static Personality,
     /// A bit for each row that is active: a warning whose cause persists, or a latched fault.
     active: u64,
+    /// Those of them that are latched faults.
+    latched: u64,
     /// Events that have happened and are not yet judged.
     events: Health,
     /// Present errors of communication, and its events that are not yet judged.
@@ -107,6 +127,7 @@ impl FaultManager {
         FaultManager {
             personality,
             active: 0,
+            latched: 0,
             events: Health::default(),
             communication: CommunicationErrors::default(),
             raised: 0,
@@ -149,10 +170,13 @@ impl FaultManager {
         self.sync_since = now;
     }
 
-    /// Judges every row. Whether a fault has newly come.
-    pub(crate) fn judge(&mut self, image: &Image<'_>, seen: &Observation<'_>) -> bool {
+    /// Judges every row.
+    pub(crate) fn judge(&mut self, image: &Image<'_>, seen: &Observation<'_>) -> Judgement {
         let events = core::mem::take(&mut self.events);
-        let mut stop = false;
+        let mut judgement = Judgement {
+            connection_lost: events.bus_off_recovered,
+            ..Judgement::default()
+        };
         let table = self.personality.faults;
         for (bit, row) in (0u32..64).zip(table) {
             let mask = 1 << bit;
@@ -160,7 +184,9 @@ impl FaultManager {
                 States::All => true,
                 States::OperationEnabled => seen.enabled,
             };
-            let possible = is_possible(image, row.switch) && looked_for;
+            let is_connection = row.cause.is_lost_connection();
+            let matters = seen.connection_matters && is_connection;
+            let possible = (is_possible(image, row.switch) || matters) && looked_for;
             if !possible {
                 self.forget(row.cause);
             }
@@ -169,8 +195,13 @@ impl FaultManager {
             if there && !active {
                 self.active |= mask;
                 self.raised |= mask;
-                stop |= row.kind == Kind::Fault;
-            } else if !there && active && row.kind == Kind::Warning {
+                judgement.connection_lost |= is_connection;
+                if row.kind == Kind::Fault || matters {
+                    self.latched |= mask;
+                    judgement.is_fault = true;
+                    judgement.frees |= !row.cause.leaves_control();
+                }
+            } else if !there && active && self.latched & mask == 0 {
                 self.active &= !mask;
                 self.cleared |= mask;
             }
@@ -181,18 +212,14 @@ impl FaultManager {
             sync_length: false,
             ..self.communication
         };
-        stop
+        judgement
     }
 
     /// A fault reset: every latched fault ends. Those whose cause persists come again with the
     /// next [`FaultManager::judge`].
     pub(crate) fn reset(&mut self) {
-        for (bit, row) in (0u32..64).zip(self.personality.faults) {
-            if row.kind == Kind::Fault && self.active & (1 << bit) != 0 {
-                self.active &= !(1 << bit);
-                self.cleared |= 1 << bit;
-            }
-        }
+        self.active &= !self.latched;
+        self.cleared |= core::mem::take(&mut self.latched);
     }
 
     /// The next change to announce, ended errors first.
@@ -232,35 +259,34 @@ impl FaultManager {
 
     /// 0x1001: bit 0 is set with any other (P3 l.579).
     pub(crate) fn error_register(&self) -> u8 {
-        self.active_rows().fold(0, |register, row| {
+        self.rows(self.active).fold(0, |register, row| {
             register | 1 | 1 << (row.register_bit & 7)
         })
     }
 
     /// 0x1002: a bit for each active error.
     pub(crate) fn status_register(&self) -> u32 {
-        self.active_rows()
+        self.rows(self.active)
             .fold(0, |register, row| register | 1 << (row.status_bit & 31))
     }
 
     /// Whether a warning is active.
     pub(crate) fn has_warning(&self) -> bool {
-        self.active_rows().any(|row| row.kind == Kind::Warning)
+        self.active & !self.latched != 0
     }
 
     /// The code of an active error, faults before warnings, else in the table's order; 0 if there
     /// is none.
     fn present_error(&self) -> u16 {
-        let fault = self.active_rows().find(|row| row.kind == Kind::Fault);
-        let row = fault.or_else(|| self.active_rows().next());
+        let fault = self.rows(self.latched).next();
+        let row = fault.or_else(|| self.rows(self.active).next());
         row.map_or(0, |row| row.code)
     }
 
-    fn active_rows(&self) -> impl Iterator<Item = &'static FaultRow> {
-        let active = self.active;
+    fn rows(&self, set: u64) -> impl Iterator<Item = &'static FaultRow> {
         (0u32..64)
             .zip(self.personality.faults)
-            .filter(move |(bit, _)| active & (1 << bit) != 0)
+            .filter(move |(bit, _)| set & (1 << bit) != 0)
             .map(|(_, row)| row)
     }
 
@@ -340,14 +366,18 @@ impl FaultManager {
             Cause::MagnetDistance => seen.signals.magnet != Magnet::Good,
             Cause::ShortCircuit => feedback.overcurrent,
             Cause::EncoderFeedback => !feedback.encoder_valid,
-            Cause::MotorTemperature
-            | Cause::MotorPhasing
-            | Cause::PositiveLimitSwitch
-            | Cause::NegativeLimitSwitch
-            | Cause::HomeSwitch
-            | Cause::Homing => false,
+            Cause::PositiveLimitSwitch => is_pressed(seen, POSITIVE_LIMIT),
+            Cause::NegativeLimitSwitch => is_pressed(seen, NEGATIVE_LIMIT),
+            Cause::HomeSwitch => is_pressed(seen, HOME),
+            Cause::Homing => conditions.homing_failed,
+            Cause::MotorTemperature | Cause::MotorPhasing => false,
         }
     }
+}
+
+/// Whether a switch is active that should not be.
+fn is_pressed(seen: &Observation<'_>, switch: u32) -> bool {
+    !seen.ignores_switches && seen.active_inputs & switch != 0
 }
 
 fn is_possible(image: &Image<'_>, switch: Switch) -> bool {

@@ -21,6 +21,7 @@
 )]
 
 mod application;
+mod captures;
 mod command;
 mod comms;
 mod configuration;
@@ -33,6 +34,7 @@ pub mod program;
 mod publish;
 mod serving;
 
+pub use captures::CaptureOrder;
 pub use comms::{Comms, Request};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;

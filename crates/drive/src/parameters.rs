@@ -62,10 +62,9 @@ impl PwmTiming {
     }
 }
 
-/// What the loops run with, and what the communication half needs of it.
+/// What the communication half needs to know of the loops.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoopParameters {
-    pub(crate) parameters: Parameters<f32>,
     pub(crate) timing: PwmTiming,
     /// Current of one per mille of rated torque, A.
     pub(crate) amperes_per_pm: f32,
@@ -73,9 +72,11 @@ pub(crate) struct LoopParameters {
     pub(crate) pm_per_ampere: f32,
     /// Current fed forward for a demanded acceleration, A per count/s².
     pub(crate) amperes_per_acceleration: f32,
+    /// The encoder's.
+    pub(crate) counts_per_turn: u32,
 }
 
-/// Reads the parameters of the loops.
+/// Reads the parameters of the loops, and what the communication half needs of them.
 ///
 /// # Errors
 /// The first [`ParameterError`].
@@ -83,7 +84,7 @@ pub(crate) fn read_parameters(
     image: &Image<'_>,
     personality: &Personality,
     hardware: &Hardware,
-) -> Result<LoopParameters, ParameterError> {
+) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
     let motor = &personality.motor;
     let amplifier = &personality.amplifier;
     let poles = image.number(motor.poles);
@@ -204,14 +205,15 @@ pub(crate) fn read_parameters(
         },
     };
     let amperes_per_pm = rated_torque / torque_constant * 1e-3;
-    Ok(LoopParameters {
-        parameters,
+    let loops = LoopParameters {
         timing,
         amperes_per_pm,
         pm_per_ampere: torque_constant / rated_torque * 1e3,
         amperes_per_acceleration: gains.acceleration_feed_forward
             * tuning::acceleration_current(inertia, torque_constant, counts)?,
-    })
+        counts_per_turn: counts_per_turn.unsigned_abs(),
+    };
+    Ok((parameters, loops))
 }
 
 fn polarity(value: i64) -> Result<i32, ParameterError> {

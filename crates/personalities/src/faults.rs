@@ -105,6 +105,29 @@ pub enum Cause {
     RpdoTimeout,
 }
 
+impl Cause {
+    /// Whether the motor can still be controlled: only then is there a reaction to a fault other
+    /// than to free the motor (0x605E). With an unknown rotor, a bridge or winding that is broken
+    /// or a supply into which nothing more can be fed back there is none.
+    pub const fn leaves_control(self) -> bool {
+        !matches!(
+            self,
+            Cause::WatchdogReset
+                | Cause::ParameterError
+                | Cause::EncoderFeedback
+                | Cause::MagnetDistance
+                | Cause::ShortCircuit
+                | Cause::BusOverVoltage
+                | Cause::MotorPhasing
+        )
+    }
+
+    /// Whether it tells that the connection to the master is lost (0x6007).
+    pub const fn is_lost_connection(self) -> bool {
+        matches!(self, Cause::HeartbeatLost | Cause::BusOffRecovered)
+    }
+}
+
 /// How many rows a fault table may have: the fault manager keeps a bit for each.
 pub const MOST_FAULTS: usize = 64;
 

@@ -23,7 +23,8 @@ mod personality;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
-    AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects, LoopObjects,
-    MotorObjects, Scaled, TargetObjects, TargetWindow, WindowObjects,
+    AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects,
+    HomingObjects, HomingSearchObjects, InputObjects, LoopObjects, MotorObjects, Scaled,
+    TargetObjects, TargetWindow, WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};

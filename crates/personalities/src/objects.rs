@@ -1,6 +1,6 @@
 //! Where the drive core finds its values in a dictionary, and in which units they stand there.
 
-use canopen::{Field, Handle};
+use canopen::{Address, Field, Handle};
 
 /// An object and its unit: internal value = object × `scale`.
 ///
@@ -48,6 +48,8 @@ pub struct AxisObjects {
     pub feedback: FeedbackObjects,
     /// Limits and profile parameters.
     pub configuration: ConfigurationObjects,
+    /// Homing, if the axis can.
+    pub homing: Option<HomingObjects>,
     /// 0x6076, rated torque, to which per mille refer, Nm.
     pub rated_torque_nm: Scaled,
     /// 0x607E, direction of positive values, +1 or −1.
@@ -69,6 +71,13 @@ pub struct TargetObjects {
     pub velocity_offset: Option<Scaled>,
     /// 0x60B2, per mille of rated torque.
     pub torque_offset: Option<Scaled>,
+    /// 0x60EA, electrical angle, 1/65,536 turn: given where a mode takes one, else shown.
+    pub angle: Option<Field>,
+    /// Voltage of the d axis, 1/32,768 of the longest vector: given where a mode takes one, else
+    /// shown.
+    pub voltage_d: Option<(Address, Field)>,
+    /// Voltage of the q axis, likewise.
+    pub voltage_q: Option<(Address, Field)>,
 }
 
 /// What the drive shows.
@@ -100,6 +109,12 @@ pub struct FeedbackObjects {
     pub raw_encoder: Option<Scaled>,
     /// Filtered current sense of phases A and B, converter counts.
     pub current_sense: [Option<Scaled>; 2],
+    /// Current of the d axis, A.
+    pub current_d_a: Option<Scaled>,
+    /// The motor's temperature sensor, converter counts.
+    pub motor_thermistor: Option<Scaled>,
+    /// Analog inputs, converter counts.
+    pub auxiliary_adc: [Option<Scaled>; 2],
 }
 
 /// Limits and profile parameters. Where several objects limit the same thing, the least counts;
@@ -132,8 +147,16 @@ pub struct ConfigurationObjects {
     pub interpolation_period: Option<(Field, Field)>,
     /// 0x605A.
     pub quick_stop_option: Option<Field>,
+    /// 0x605B.
+    pub shutdown_option: Option<Field>,
+    /// 0x605C.
+    pub disable_option: Option<Field>,
     /// 0x605D.
     pub halt_option: Option<Field>,
+    /// 0x605E.
+    pub fault_reaction_option: Option<Field>,
+    /// 0x6007.
+    pub abort_connection_option: Option<Field>,
     /// Following error that warns, counts.
     pub following_warning: Option<WindowObjects>,
     /// Following error that is a fault, counts.
@@ -148,6 +171,51 @@ pub struct ConfigurationObjects {
     pub velocity_window: TargetWindow,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
+}
+
+/// Homing.
+#[derive(Clone, Copy, Debug)]
+pub struct HomingObjects {
+    /// 0x6098.
+    pub method: Field,
+    /// 0x607C, counts.
+    pub offset: Scaled,
+    /// Whether the axis is homed, 0 or 1 (the P3's 0x2402).
+    pub is_homed: Handle<u8>,
+    /// What the methods need in which the axis moves.
+    pub search: Option<HomingSearchObjects>,
+}
+
+/// The parameters of homing methods in which the axis moves.
+#[derive(Clone, Copy, Debug)]
+pub struct HomingSearchObjects {
+    /// 0x6099,1, counts/s.
+    pub switch_velocity: Scaled,
+    /// 0x6099,2, counts/s.
+    pub zero_velocity: Scaled,
+    /// 0x609A, counts/s².
+    pub acceleration: Scaled,
+    /// Greatest torque while looking for a hard stop, per mille of rated torque.
+    pub stop_torque: Scaled,
+    /// How long the axis must press and stand, ms.
+    pub stop_time_ms: Field,
+    /// How far the axis goes back from a hard stop, counts.
+    pub back_off: Field,
+    /// How long homing may last, ms; 0: for ever.
+    pub timeout_ms: Field,
+    /// How far homing may lead, counts; 0: anywhere.
+    pub range: Field,
+    /// Why homing has failed, a number of [`cia402::HomingError`]; 0: it has not.
+    pub error: Handle<u8>,
+}
+
+/// Digital inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct InputObjects {
+    /// 0x60FD: the inputs that are active.
+    pub active: Handle<u32>,
+    /// The inputs that are active when their level is low, a bit each.
+    pub inverted: Field,
 }
 
 /// When a target counts as reached.

@@ -1,7 +1,8 @@
 //! One documented drive.
 
 use crate::{
-    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, MotorObjects, SupplyRules, p3, p3_extended,
+    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
+    p3, p3_extended,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -39,6 +40,8 @@ pub struct Personality {
     pub stores_single_entry: Option<canopen::Address>,
     /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
     pub presets_position: Option<canopen::Address>,
+    /// Where the drive finds its digital inputs, if it has any.
+    pub inputs: Option<InputObjects>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
 }

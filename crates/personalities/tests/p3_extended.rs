@@ -21,7 +21,7 @@ fn is_application(row: &Row) -> bool {
 }
 
 #[test]
-fn every_application_object_of_the_p3_is_there_and_all_but_two_are_the_same() {
+fn every_application_object_of_the_p3_is_there_and_all_but_three_are_the_same() {
     let (faithful, extended) = tables();
     let mut otherwise = Vec::new();
     for row in faithful.rows().iter().filter(|row| is_application(row)) {
@@ -32,13 +32,14 @@ fn every_application_object_of_the_p3_is_there_and_all_but_two_are_the_same() {
             otherwise.push(address.index);
         }
     }
-    // The quick stop option code is an INTEGER16, and 0x603F the present error.
-    assert_eq!(otherwise, [0x603F, 0x605A]);
+    // The quick stop option code is an INTEGER16, 0x603F the present error, and there is more than
+    // one homing method.
+    assert_eq!(otherwise, [0x603F, 0x605A, 0x6098]);
 }
 
 #[test]
 fn what_it_adds() {
-    use DataType::{Domain, I16, I32, U8, U16, U32};
+    use DataType::{Domain, I8, I16, I32, U8, U16, U32};
     let (faithful, extended) = tables();
     let mut added = Vec::new();
     for row in extended.rows().iter().filter(|row| is_application(row)) {
@@ -52,14 +53,32 @@ fn what_it_adds() {
     // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
         (0x2420, 0, Domain, true),
+        // Homing and inputs, what the standard leaves to makers.
+        (0x2430, 1, I16, true),
+        (0x2430, 2, U16, true),
+        (0x2430, 3, U32, true),
+        (0x2430, 4, U32, true),
+        (0x2430, 5, U32, true),
+        (0x2430, 6, U8, false),
+        (0x2431, 1, U32, true),
+        (0x6007, 0, I16, true),
+        (0x605B, 0, I16, true),
+        (0x605C, 0, I16, true),
         (0x605D, 0, I16, true),
+        (0x605E, 0, I16, true),
         (0x6067, 0, U32, true),
         (0x6068, 0, U16, true),
         (0x606B, 0, I32, false),
         (0x6074, 0, I16, false),
         (0x6085, 0, U32, true),
         (0x6087, 0, U32, true),
+        (0x6099, 1, U32, true),
+        (0x6099, 2, U32, true),
+        (0x609A, 0, U32, true),
     ]);
+    let methods = cia402::HomingMethod::ALL.len() as u8;
+    expected.extend((1..=methods).map(|sub| (0x60E3, sub, I8, false)));
+    expected.push((0x60FD, 0, U32, false));
     assert_eq!(added, expected);
     for (index, sub, _, writable) in added {
         let row = row_of(&extended, index, sub).expect("the row");
@@ -67,6 +86,9 @@ fn what_it_adds() {
             assert_eq!(row.group, canopen::Group::None, "a stream is not stored");
         } else if writable {
             assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
+        } else if index == 0x60E3 {
+            let method = i64::from(cia402::HomingMethod::ALL[usize::from(sub) - 1]);
+            assert_eq!(row.default, canopen::row::Default::Value(method));
         } else {
             assert!(row.is_live && row.maps_tpdo, "{}", row.address);
         }
@@ -159,7 +181,7 @@ fn its_dialects_are_the_standards() {
         ..cia402::Dialect::STANDARD
     };
     assert_eq!(P3_EXTENDED.cia402, standard);
-    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x038D);
+    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x07AD);
     assert!(standard.halt_bit && standard.remote_bit && standard.ramps_on_stop);
     assert!(!P3.cia402.halt_bit);
     assert!(personalities::by_name("p3-extended").is_some());

@@ -24,23 +24,134 @@ use crate::Vector;
 /// common star-point shift, which follows from the middle one of the three currents.
 #[inline(always)]
 pub fn conduct<R: Real>(shorted: Vector<R>, bus_current: R) -> Vector<R> {
+    pulled(shorted, bus_current * R::splat(0.5)).current
+}
+
+/// Currents at the end of a period in which diodes had a part, and what they did to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulled<R: Real> {
+    /// Current at the end of the period.
+    pub current: Vector<R>,
+    /// What the diodes have taken off the current of each phase, A, but for a common part: the mean
+    /// voltage that they put against it, times the gain of the winding.
+    pub taken: [R; 3],
+}
+
+impl<R: Real> Pulled<R> {
+    /// `a` where `mask` is true, else `b`.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, a: Self, b: Self) -> Self {
+        let ([a0, a1, a2], [b0, b1, b2]) = (a.taken, b.taken);
+        Self {
+            current: Vector::select(mask, a.current, b.current),
+            taken: [
+                R::select(mask, a0, b0),
+                R::select(mask, a1, b1),
+                R::select(mask, a2, b2),
+            ],
+        }
+    }
+}
+
+/// Current at the end of a period in which every phase is pulled toward zero by up to `pull`, A: the
+/// minimum of [`conduct`]'s sum for t = `pull`.
+#[inline(always)]
+pub fn pulled<R: Real>(shorted: Vector<R>, pull: R) -> Pulled<R> {
     let [a, b, c] = shorted.phases();
-    let pull = bus_current * R::splat(0.5);
     let highest = a.greatest(b).greatest(c);
     let lowest = a.least(b).least(c);
     let middle = -(highest + lowest);
     // The middle phase floats while |middle| <= 2/3 pull; beyond that it conducts as well.
     let shift = (middle * R::splat(0.5)).within(pull * R::splat(1.0 / 3.0));
-    let toward_zero = |current: R| {
-        let shifted = current + shift;
-        shifted - shifted.within(pull)
+    let (a, b, c) = (a + shift, b + shift, c + shift);
+    let taken = [a.within(pull), b.within(pull), c.within(pull)];
+    let [taken_a, taken_b, taken_c] = taken;
+    Pulled {
+        current: Vector::of_phases([a - taken_a, b - taken_b, c - taken_c]),
+        taken,
+    }
+}
+
+/// How far a phase is pulled, A: down while its current is positive, and up while it is negative. It
+/// floats in between. `down` may be negative as long as it is not less than minus `up`; a phase that
+/// hangs on a fixed potential has `down` = -`up`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull<R: Real> {
+    /// Taken off a current into the motor, A.
+    pub down: R,
+    /// Added to a current out of the motor, A.
+    pub up: R,
+}
+
+/// As [`pulled`], with a pull of its own for each phase and sense. Slow: for the rare moments in
+/// which the phases differ.
+///
+/// The common shift λ is where the sum of the three currents, each continuous, rising and straight
+/// between its two corners, is zero: all six corners are tried, and λ lies between two of them or
+/// beyond the last on a known slope.
+pub fn pulled_unequally<R: Real>(shorted: Vector<R>, pulls: [Pull<R>; 3]) -> Pulled<R> {
+    let currents = shorted.phases();
+    let [i_a, i_b, i_c] = currents;
+    let [pull_a, pull_b, pull_c] = pulls;
+    let zero = R::splat(0.0);
+    let rest = |current: R, pull: Pull<R>| {
+        let above = pull.down.lt(current);
+        let below = current.lt(-pull.up);
+        let sinking = R::select(below, current + pull.up, zero);
+        R::select(above, current - pull.down, sinking)
     };
-    Vector::of_phases([toward_zero(a), toward_zero(b), toward_zero(c)])
+    let sum = |shift: R| {
+        rest(i_a + shift, pull_a) + rest(i_b + shift, pull_b) + rest(i_c + shift, pull_c)
+    };
+    let corners = [
+        pull_a.down - i_a,
+        -pull_a.up - i_a,
+        pull_b.down - i_b,
+        -pull_b.up - i_b,
+        pull_c.down - i_c,
+        -pull_c.up - i_c,
+    ];
+    // The corners next to the root: the highest with a sum up to zero, the lowest with one from zero.
+    let far = R::splat(1e30);
+    let (mut low, mut low_sum, mut high, mut high_sum) = (-far, zero, far, zero);
+    for corner in corners {
+        let at = sum(corner);
+        let lower = at.le(zero) & low.le(corner);
+        low = R::select(lower, corner, low);
+        low_sum = R::select(lower, at, low_sum);
+        let higher = zero.le(at) & corner.le(high);
+        high = R::select(higher, corner, high);
+        high_sum = R::select(higher, at, high_sum);
+    }
+    // Beyond the last corner all three conduct.
+    let third = R::splat(1.0 / 3.0);
+    let no_low = low.le(-far);
+    let no_high = far.le(high);
+    let rise = high_sum - low_sum;
+    let flat = rise.le(zero);
+    let part = (high - low) / R::select(flat, R::splat(1.0), rise);
+    // From the end with the smaller sum, where less is rounded.
+    let from_high = high - high_sum * part;
+    let from_low = low - low_sum * part;
+    let between = R::select(high_sum.lt(-low_sum), from_high, from_low);
+    let between = R::select(flat, low, between);
+    let shift = R::select(no_low, high - high_sum * third, between);
+    let shift = R::select(no_high, low - low_sum * third, shift);
+    let [a, b, c] = [
+        rest(i_a + shift, pull_a),
+        rest(i_b + shift, pull_b),
+        rest(i_c + shift, pull_c),
+    ];
+    Pulled {
+        current: Vector::of_phases([a, b, c]),
+        taken: [i_a + shift - a, i_b + shift - b, i_c + shift - c],
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::conduct;
+    extern crate std;
+    use super::{Pull, conduct, pulled, pulled_unequally};
     use crate::Vector;
 
     fn phases(shorted: [f32; 3], bus_current: f32) -> [f32; 3] {
@@ -119,6 +230,80 @@ mod tests {
                             terminal > -1e-5 && terminal < bus + 1e-5,
                             "{before:?} {after:?}"
                         );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn equal_pulls_are_the_same_either_way() {
+        for i in -20..=20 {
+            for k in -20..=20 {
+                let (a, b) = (i as f32 * 0.07, k as f32 * 0.07);
+                let before = Vector::of_phases([a, b, -a - b]);
+                let quick = pulled(before, 0.25);
+                let slow = pulled_unequally(
+                    before,
+                    [Pull {
+                        down: 0.25,
+                        up: 0.25,
+                    }; 3],
+                );
+                assert_close(quick.current.phases(), slow.current.phases());
+                assert_close(quick.current.phases(), conduct(before, 0.5).phases());
+                let line = |taken: [f32; 3]| [taken[0] - taken[1], taken[1] - taken[2], 0.0];
+                assert_close(line(quick.taken), line(slow.taken));
+            }
+        }
+    }
+
+    /// The sum that the unequal pulls minimise, in f64.
+    fn cost(before: [f64; 3], after: [f64; 3], pulls: [(f64, f64); 3]) -> f64 {
+        (0..3)
+            .map(|n| {
+                let square = (after[n] - before[n]).powi(2) / 2.0;
+                let (down, up) = pulls[n];
+                // A rounded zero is a zero, however steep it is beside it.
+                let after = if after[n].abs() < 1e-6 { 0.0 } else { after[n] };
+                square + if after > 0.0 { down } else { -up } * after
+            })
+            .sum()
+    }
+
+    #[test]
+    fn unequal_pulls_find_the_minimum() {
+        // Rails and narrow pulses; a phase on a rail with the bus there and without (1e6 A).
+        let cases = [
+            [(0.2, 0.2), (0.0, 0.2), (0.2, 0.1)],
+            [(0.0, 0.0), (0.2, 0.2), (0.2, 0.2)],
+            [(0.0, 0.0), (0.0, 0.5), (0.0, 0.5)],
+            [(0.5, 0.0), (0.0, 0.0), (0.5, 0.0)],
+            [(0.0, 0.0), (0.0, 1e6), (0.0, 1e6)],
+            [(0.3, -0.3), (0.3, 0.3), (0.3, 0.3)],
+        ];
+        for pulls in cases {
+            for i in -12..=12 {
+                for k in -12..=12 {
+                    let (a, b) = (i as f32 * 0.11, k as f32 * 0.11);
+                    let before = [a, b, -a - b];
+                    let limits = pulls.map(|(down, up): (f64, f64)| Pull {
+                        down: down as f32,
+                        up: up as f32,
+                    });
+                    let got = pulled_unequally(Vector::of_phases(before), limits);
+                    let after = got.current.phases().map(f64::from);
+                    let before = before.map(f64::from);
+                    let best = cost(before, after, pulls);
+                    // No neighbour of sum zero is lower.
+                    for step in [1e-3, -1e-3, 0.1, -0.1] {
+                        for (up, down) in [(0, 1), (1, 2), (2, 0)] {
+                            let mut other = after;
+                            other[up] += step;
+                            other[down] -= step;
+                            let there = cost(before, other, pulls);
+                            assert!(best <= there + 2e-6, "{pulls:?} {before:?} {after:?}");
+                        }
                     }
                 }
             }

@@ -3,7 +3,52 @@
 use control::io::Duty;
 use control::{Mask, Real};
 
-use crate::Vector;
+use crate::diodes::{Pull, Pulled, pulled, pulled_unequally};
+use crate::{Invalid, Vector};
+
+/// The switches of the bridge and their drivers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bridge {
+    /// For how long after each switching both switches of a half bridge are open, s; below a tenth
+    /// of the PWM period. This is what the hardware does; what the drive believes is its business.
+    pub dead_time_s: f64,
+    /// Resistance of a switch that is closed, and of a diode beyond its forward voltage, Ω.
+    pub switch_ohm: f64,
+    /// Current of a phase at which the gate drivers open the bridge by themselves, A; infinite:
+    /// never.
+    pub overcurrent_a: f32,
+    /// For how long after a switching the comparators of the gate drivers see nothing, s.
+    pub blanking_s: f64,
+}
+
+impl Bridge {
+    /// Switches without dead time and resistance; 15 A open them, seen after 1 µs.
+    pub const IDEAL: Self = Self {
+        dead_time_s: 0.0,
+        switch_ohm: 0.0,
+        overcurrent_a: 15.0,
+        blanking_s: 1e-6,
+    };
+
+    /// Whether such a bridge can be.
+    pub(crate) fn check(&self, pwm_period_s: f64) -> Result<(), Invalid> {
+        let dead_time = self.dead_time_s;
+        if !(dead_time >= 0.0 && dead_time < 0.1 * pwm_period_s) {
+            return Err(Invalid::Bridge(dead_time));
+        }
+        let overcurrent = f64::from(self.overcurrent_a);
+        for (value, most) in [
+            (self.switch_ohm, 1e3),
+            (overcurrent, f64::INFINITY),
+            (self.blanking_s, 1e-3),
+        ] {
+            if !(value >= 0.0 && value <= most) {
+                return Err(Invalid::Bridge(value));
+            }
+        }
+        Ok(())
+    }
+}
 
 /// The three half bridges and the timer in front of them.
 ///
@@ -63,6 +108,48 @@ impl<R: Real> Inverter<R> {
     #[inline(always)]
     pub fn enabled(&self) -> R::Mask {
         self.active.enabled
+    }
+
+    /// The fractions of this PWM period for which phases A, B, C are on the positive rail, without
+    /// dead time.
+    #[inline(always)]
+    pub fn fractions(&self) -> [R; 3] {
+        self.active.phase
+    }
+
+    /// What the dead time makes of the currents that this PWM period would end with.
+    ///
+    /// For the dead time after each switching the diodes decide where a phase is: a current into the
+    /// motor finds its positive half shortened, one out of the motor its negative half. So every
+    /// phase is pulled toward zero with the mean voltage dead time/period · (bus + two diode drops);
+    /// `pull_a` is that voltage times the winding's gain. A current that this would turn round ends
+    /// at zero instead, as in [`pulled`]. A phase that does not switch in this period (0 or 1) has no
+    /// dead time, and a pulse shorter than it (`dead_part` of the period) is lost but not more.
+    #[inline(always)]
+    pub fn dead_time(&self, driven: Vector<R>, dead_part: R, pull_a: R) -> Pulled<R> {
+        let [a, b, c] = self.active.phase;
+        let one = R::splat(1.0);
+        let quick = pulled(driven, pull_a);
+        let narrow = |duty: R| duty.lt(dead_part) | (one - dead_part).lt(duty);
+        let any = narrow(a) | narrow(b) | narrow(c);
+        if any.any() {
+            let scale = pull_a / dead_part;
+            let slow = pulled_unequally(
+                driven,
+                [a, b, c].map(|duty| {
+                    let zero = R::splat(0.0);
+                    let switches = zero.lt(duty) & duty.lt(one);
+                    let dead = R::select(switches, dead_part, zero);
+                    Pull {
+                        down: scale * dead.least(duty),
+                        up: scale * dead.least(one - duty),
+                    }
+                }),
+            );
+            Pulled::select(any, slow, quick)
+        } else {
+            quick
+        }
     }
 
     /// Mean voltage of the phases against the star point over this PWM period, V.

@@ -13,8 +13,8 @@
 //! bridge open, [`diodes`]) → torque → [`Mechanics`] → [`Sensors`]; [`Plant`] ties them together.
 //! [`Motor`] and [`Parameters`] hold the numbers.
 //!
-//! Not modelled yet: dead time, noise, cogging, saliency, heating, resistance of the supply and
-//! regeneration into it, elastic loads, hard stops.
+//! Not modelled yet: cogging, saliency, heating, elastic loads, ripple of the currents within a PWM
+//! period.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -26,26 +26,37 @@
     )
 )]
 
+mod body;
 pub mod diodes;
+mod encoder;
 mod exponential;
 mod inverter;
+mod load;
 mod mechanics;
 mod motor;
+mod noise;
 mod parameters;
 mod plant;
 mod sensors;
 mod spread;
+mod stops;
 mod supply;
+mod switches;
 mod vector;
 mod winding;
+mod wiring;
 
-pub use inverter::Inverter;
-pub use mechanics::{Load, Mechanics};
+pub use encoder::{Encoder, EncoderFault, field_at};
+pub use inverter::{Bridge, Inverter};
+pub use load::{Load, Stops};
+pub use mechanics::Mechanics;
 pub use motor::{EC_MAX_22_283860, Motor};
-pub use parameters::{Invalid, Parameters, VIRTUAL_P3};
+pub use parameters::{FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
-pub use sensors::{Encoder, Sensors};
+pub use sensors::{CurrentSensors, Sensed, Sensors};
 pub use spread::Spread;
-pub use supply::Supply;
+pub use supply::{Link, LogicSupply, Supply};
+pub use switches::{Switch, SwitchName, Switches};
 pub use vector::Vector;
 pub use winding::Winding;
+pub use wiring::{Phase, SHORT_OHM, STRAY_H, Short};

@@ -1,20 +1,11 @@
-//! The shaft: inertia, friction, load, position.
+//! The shaft: rotor, load, and what acts between and upon them.
 
 use control::{Mask, Real};
 
 use crate::Motor;
-use crate::exponential::decayed_fraction;
-
-/// What is coupled rigidly to the rotor; all figures at the motor shaft, and added to the motor's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
-    /// Inertia, kg m².
-    pub inertia_kgm2: f64,
-    /// Friction torque that does not depend on speed, Nm.
-    pub coulomb_friction_nm: f64,
-    /// Friction torque per speed, Nm s/rad.
-    pub viscous_friction_nms: f64,
-}
+use crate::body::{Body, Figures};
+use crate::load::Load;
+use crate::stops::Contact;
 
 /// Speed and position of the shaft.
 ///
@@ -34,80 +25,47 @@ pub struct Load {
 /// the model of the winding ends, and the speed is held there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mechanics<R: Real> {
-    coefficients: Coefficients<R>,
-    speed: R,
-    speed_rest: R,
-    speed_before: R,
-    angle: R::Count,
-    angle_rest: R,
-    turns: R::Count,
+    rotor: Body<R>,
+    stops: Option<Contact<R>>,
     load_torque: R,
     blocked: R::Mask,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Coefficients<R: Real> {
-    /// (1 - e^(-B h/J))/B, or h/J without viscous friction: speed per torque, rad/s per Nm.
-    speed_per_torque: R,
-    /// B, Nm s/rad.
-    viscous: R,
-    /// Speed that friction takes off in a period, moving and at rest, rad/s.
-    coulomb_speed: R,
-    static_speed: R,
-    speed_limit: R,
-    /// Angle counts of one period per rad/s.
-    counts_per_speed: R,
+/// Rotor and rigid load as one piece.
+fn rigid(motor: &Motor, load: &Load) -> Figures {
+    Figures {
+        inertia: motor.rotor_inertia_kgm2 + load.inertia_kgm2,
+        viscous: motor.viscous_friction_nms + load.viscous_friction_nms,
+        coulomb: motor.coulomb_friction_nm + load.coulomb_friction_nm,
+        breakaway: motor.static_friction_nm + load.coulomb_friction_nm,
+    }
 }
 
-impl<R: Real> Coefficients<R> {
-    fn new(motor: &Motor, load: &Load, period_s: f64) -> Self {
-        let inertia = motor.rotor_inertia_kgm2 + load.inertia_kgm2;
-        let viscous = motor.viscous_friction_nms + load.viscous_friction_nms;
-        let speed_per_torque = if viscous > 0.0 {
-            decayed_fraction(viscous * period_s / inertia) / viscous
-        } else {
-            period_s / inertia
-        };
-        let coulomb = motor.coulomb_friction_nm + load.coulomb_friction_nm;
-        let breakaway = motor.static_friction_nm + load.coulomb_friction_nm;
-        let breakaway = if breakaway > coulomb {
-            breakaway
-        } else {
-            coulomb
-        };
-        let real = |value: f64| R::splat(value as f32);
-        Self {
-            speed_per_torque: real(speed_per_torque),
-            viscous: real(viscous),
-            coulomb_speed: real(coulomb * speed_per_torque),
-            static_speed: real(breakaway * speed_per_torque),
-            speed_limit: real(0.5 / (period_s * f64::from(motor.pole_pairs))),
-            counts_per_speed: real(period_s * 4_294_967_296.0 / core::f64::consts::TAU),
-        }
-    }
+/// Half a radian of electrical angle per period, rad/s of the shaft.
+fn speed_limit(motor: &Motor, period_s: f64) -> f64 {
+    0.5 / (period_s * f64::from(motor.pole_pairs))
 }
 
 impl<R: Real> Mechanics<R> {
     /// A shaft at rest at angle zero, free and without load torque.
     pub fn new(motor: &Motor, load: &Load, period_s: f64) -> Self {
-        let zero = R::splat(0.0);
+        let figures = rigid(motor, load);
+        let contact = |stops| Contact::new(stops, figures.inertia, period_s);
         Self {
-            coefficients: Coefficients::new(motor, load, period_s),
-            speed: zero,
-            speed_rest: zero,
-            speed_before: zero,
-            angle: R::count(0),
-            angle_rest: zero,
-            turns: R::count(0),
-            load_torque: zero,
+            rotor: Body::new(&figures, speed_limit(motor, period_s), period_s),
+            stops: load.stops.as_ref().map(contact),
+            load_torque: R::splat(0.0),
             blocked: R::Mask::splat(false),
         }
     }
 
     /// Changes the PWM period, keeping the motion.
     pub fn set_period_s(&mut self, motor: &Motor, load: &Load, period_s: f64) {
-        self.coefficients = Coefficients::new(motor, load, period_s);
-        self.speed = self.speed.within(self.coefficients.speed_limit);
+        let figures = rigid(motor, load);
+        let contact = |stops| Contact::new(stops, figures.inertia, period_s);
+        self.rotor
+            .set_figures(&figures, speed_limit(motor, period_s), period_s);
+        self.stops = load.stops.as_ref().map(contact);
     }
 
     /// Sets the torque of the load, Nm; positive opposes positive rotation, like a hoisted weight.
@@ -121,101 +79,61 @@ impl<R: Real> Mechanics<R> {
     /// energy.
     pub fn set_blocked(&mut self, blocked: R::Mask) {
         self.blocked = blocked;
-        self.speed = R::select(blocked, R::splat(0.0), self.speed);
-        self.speed_rest = R::select(blocked, R::splat(0.0), self.speed_rest);
-        self.speed_before = R::select(blocked, R::splat(0.0), self.speed_before);
+        self.rotor.stop(blocked);
     }
 
     /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed in rad/s. A blocked shaft
     /// takes the angle alone; an undefined speed counts as none.
     pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
-        let zero = R::splat(0.0);
-        let defined = R::select(speed_rad_s.le(speed_rad_s), speed_rad_s, zero);
-        self.speed = R::select(
-            self.blocked,
-            zero,
-            defined.within(self.coefficients.speed_limit),
-        );
-        self.speed_before = self.speed;
-        self.speed_rest = zero;
-        self.angle = angle;
-        self.angle_rest = zero;
-        self.turns = R::count(0);
+        self.rotor.set_position(angle, R::count(0));
+        self.rotor.set_speed(speed_rad_s);
+        self.rotor.stop(self.blocked);
     }
 
     /// Puts the shaft, with the speed that it has, at a position: angle (2³² per turn) and whole
     /// turns as [`Mechanics::turns`] counts them.
     pub fn set_position(&mut self, angle: R::Count, turns: R::Count) {
-        self.angle = angle;
-        self.angle_rest = R::splat(0.0);
-        self.turns = turns;
+        self.rotor.set_position(angle, turns);
     }
 
     /// Speed during the coming period, rad/s.
     #[inline(always)]
     pub fn period_speed_rad_s(&self) -> R {
-        self.speed
+        self.rotor.period_speed()
     }
 
     /// Speed now, between two periods, rad/s.
     #[inline(always)]
     pub fn speed_rad_s(&self) -> R {
-        (self.speed_before + self.speed) * R::splat(0.5)
+        self.rotor.speed()
     }
 
     /// Angle within the turn, 2³² per turn, wrapping at half a turn either side of zero.
     #[inline(always)]
     pub fn angle(&self) -> R::Count {
-        self.angle
+        self.rotor.angle()
     }
 
     /// Whole turns: position in turns = `turns` + `angle` / 2³², wrapping after 2³¹ turns.
     #[inline(always)]
     pub fn turns(&self) -> R::Count {
-        self.turns
+        self.rotor.turns()
     }
 
     /// Turns the shaft by one period at its present speed.
     #[inline(always)]
     pub fn turn(&mut self) {
-        let owed = self.speed * self.coefficients.counts_per_speed + self.angle_rest;
-        let whole = owed.to_count();
-        self.angle_rest = owed - R::of_count(whole);
-        let angle = R::count_add(self.angle, whole);
-        // The angle wrapped if it went against the motion. Rounding to R keeps the order, and a
-        // period is far less than a turn.
-        let (zero, before, after) = (R::splat(0.0), R::of_count(self.angle), R::of_count(angle));
-        let forward = zero.lt(owed) & after.lt(before);
-        let backward = owed.lt(zero) & before.lt(after);
-        let passed = R::count_select(
-            forward,
-            R::count(1),
-            R::count_select(backward, R::count(-1), R::count(0)),
-        );
-        self.turns = R::count_add(self.turns, passed);
-        self.angle = angle;
+        self.rotor.turn();
     }
 
     /// Changes the speed by one period of the motor's torque, Nm, against load and friction.
     #[inline(always)]
     pub fn accelerate(&mut self, motor_torque_nm: R) {
-        let c = &self.coefficients;
-        let zero = R::splat(0.0);
-        let speed = self.speed;
-        let resting = speed.abs().le(zero);
-        // What the motor does not change comes first: the rest of the chain is the slow one.
-        let drag = (self.load_torque + c.viscous * speed) * c.speed_per_torque;
-        let gained = motor_torque_nm * c.speed_per_torque + (self.speed_rest - drag);
-        let frictionless = speed + gained;
-        let friction = frictionless.within(c.coulomb_speed);
-        let next = (frictionless - friction).within(c.speed_limit);
-        let holding = R::select(resting, c.static_speed, c.coulomb_speed);
-        let held = frictionless.abs().le(holding) | self.blocked;
-        self.speed_before = speed;
-        self.speed = R::select(held, zero, next);
-        // What rounding left out of the new speed (Kahan); none at the limit, where it would pile
-        // up.
-        let rest = (gained - friction) - (next - speed);
-        self.speed_rest = R::select(held | c.speed_limit.le(next.abs()), zero, rest);
+        let mut driving = motor_torque_nm;
+        if let Some(stops) = &self.stops {
+            driving = driving + stops.torque(&self.rotor, driving - self.load_torque);
+        }
+        self.rotor
+            .accelerate(driving, self.load_torque, self.blocked);
     }
 }

@@ -2,7 +2,10 @@
 
 use control::io::Scales;
 
-use crate::{EC_MAX_22_283860, Encoder, Load, Motor};
+use crate::load::MAX_TURNS;
+use crate::{
+    Bridge, CurrentSensors, EC_MAX_22_283860, Encoder, Link, Load, LogicSupply, Motor, Switches,
+};
 
 /// The parameters of a [`crate::Plant`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,12 +16,20 @@ pub struct Parameters {
     pub load: Load,
     /// Position of the shaft at the start, turns; 0: the rotor is aligned with phase A.
     pub start_turns: f64,
+    /// Switches along the load's way.
+    pub switches: Switches,
     /// PWM period, s.
     pub pwm_period_s: f64,
     /// PWM periods between the command of a duty and its effect.
     pub load_delay_periods: u8,
+    /// The bridge's switches and their drivers.
+    pub bridge: Bridge,
     /// Motor supply, V; 0 is off.
     pub supply_v: f32,
+    /// What is between the motor supply and the bridge.
+    pub link: Link,
+    /// The supply of processor and sensors.
+    pub logic: LogicSupply,
     /// Forward voltage of one free-wheeling diode of the bridge, V.
     pub diode_drop_v: f32,
     /// The encoder and how it sits on the rotor.
@@ -28,6 +39,10 @@ pub struct Parameters {
     pub scales: Scales,
     /// Reading of phases A and B at no current, counts.
     pub current_zero_counts: [f32; 2],
+    /// The current sensors' errors beside their zeros.
+    pub current_sensors: CurrentSensors,
+    /// Where the sensors' noise starts; the same seed gives the same noise.
+    pub noise_seed: u32,
     /// Temperature of the amplifier, °C.
     pub amplifier_temperature_c: f32,
 }
@@ -40,21 +55,17 @@ pub struct Parameters {
 /// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
-    load: Load {
-        inertia_kgm2: 0.0,
-        coulomb_friction_nm: 0.0,
-        viscous_friction_nms: 0.0,
-    },
+    load: Load::NONE,
     start_turns: 0.0,
+    switches: Switches::NONE,
     pwm_period_s: 10e-6,
     load_delay_periods: 1,
+    bridge: Bridge::IDEAL,
     supply_v: 48.0,
+    link: Link::IDEAL,
+    logic: LogicSupply::NOMINAL,
     diode_drop_v: 0.8,
-    encoder: Encoder {
-        counts_per_turn: 4096,
-        zero_counts: 0x0DF8,
-        reversed: false,
-    },
+    encoder: Encoder::ideal(4096, 0x0DF8),
     scales: Scales {
         current_a: 2.5e-3,
         current_zero: 2048.0,
@@ -65,7 +76,38 @@ pub const VIRTUAL_P3: Parameters = Parameters {
         motor_temperature_zero_c: -50.0,
     },
     current_zero_counts: [0x0729 as f32, 2071.0],
+    current_sensors: CurrentSensors::IDEAL,
+    noise_seed: 1,
     amplifier_temperature_c: 25.0,
+};
+
+/// [`VIRTUAL_P3`] with every imperfection of its electrical side, in sizes that a sound drive may have.
+pub const FULL_P3: Parameters = Parameters {
+    bridge: Bridge {
+        dead_time_s: 200e-9,
+        switch_ohm: 0.03,
+        ..Bridge::IDEAL
+    },
+    link: Link {
+        brake_ohm: 22.0,
+        brake_on_v: 58.0,
+        brake_off_v: 56.0,
+        ..Link::SMALL
+    },
+    encoder: Encoder {
+        eccentricity_counts: 6.0,
+        eccentricity_phase_rad: 0.5,
+        lag_s: 30e-6,
+        noise_counts: 0.3,
+        bad_answers: 1e-4,
+        ..Encoder::ideal(4096, 0x0DF8)
+    },
+    current_sensors: CurrentSensors {
+        gain: [1.01, 0.99],
+        noise_counts: 1.5,
+        time_constant_s: 2e-6,
+    },
+    ..VIRTUAL_P3
 };
 
 impl Default for Parameters {
@@ -92,10 +134,30 @@ pub enum Invalid {
     Friction(f64),
     /// `start_turns` is beyond 2³⁰ turns.
     Start(f64),
+    /// `load.stops` are not apart, or `start_turns` is not between them. Carries the stops, turns.
+    Stops(f64, f64),
+    /// A switch ends before it begins, or its hysteresis or bounce is negative or beyond reason.
+    Switch(f64),
+    /// The stiffness of `load.stops` is not positive, or their damping negative.
+    Stop(f64),
     /// `pwm_period_s` is not between 1 µs and 1 ms.
     PwmPeriod(f64),
     /// `encoder.counts_per_turn` is not between 1 and 2²⁰.
     EncoderCounts(u32),
+    /// An error of the encoder is undefined, infinite or beyond what it can be: eccentricity and noise
+    /// up to a quarter turn, lag from 0 to 1 ms, magnet from 0 to 1 m, bad answers from 0 to 1.
+    EncoderError(f64),
+    /// A gain of a current sensor is not from 0 to 10, its noise not from 0 to 4095 counts, or its
+    /// time constant not from 0 to 1 s.
+    CurrentSensor(f64),
+    /// A figure of the bridge is negative or undefined, or the dead time is not below a tenth of the
+    /// PWM period.
+    Bridge(f64),
+    /// The link has a capacitance beyond 1 F, or one without a positive resistance of the supply, a bleeder
+    /// or brake of no positive resistance, or a brake that switches off above where it switches on.
+    Link(f64),
+    /// A figure of the logic supply is negative, infinite or undefined.
+    Logic(f32),
     /// A converter step in `scales` is not positive.
     Scale(f32),
     /// `supply_v`, `diode_drop_v`, a current zero or a temperature is undefined, infinite or (the
@@ -141,15 +203,19 @@ impl Parameters {
                 return Err(Invalid::Friction(friction));
             }
         }
-        if !(-1_073_741_824.0..=1_073_741_824.0).contains(&self.start_turns) {
+        if !(-MAX_TURNS..=MAX_TURNS).contains(&self.start_turns) {
             return Err(Invalid::Start(self.start_turns));
         }
+        load.check(self.start_turns)?;
+        self.switches.check()?;
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }
-        if self.encoder.counts_per_turn == 0 || self.encoder.counts_per_turn > 1 << 20 {
-            return Err(Invalid::EncoderCounts(self.encoder.counts_per_turn));
-        }
+        self.encoder.check()?;
+        self.current_sensors.check()?;
+        self.bridge.check(self.pwm_period_s)?;
+        self.link.check()?;
+        self.logic.check()?;
         let scales = &self.scales;
         for scale in [
             scales.current_a,

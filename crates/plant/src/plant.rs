@@ -3,7 +3,14 @@
 use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
-use crate::{Inverter, Mechanics, Parameters, Sensors, Supply, Vector, Winding, diodes};
+use crate::diodes::{self, Pulled};
+use crate::load::angle_and_turns;
+use crate::switches::{Board, SwitchName};
+use crate::wiring::Wiring;
+use crate::{
+    EncoderFault, Inverter, Link, Mechanics, Parameters, Phase, Sensed, Sensors, Short, Supply,
+    Vector, Winding,
+};
 
 /// The world of one drive (or of a batch).
 ///
@@ -31,6 +38,14 @@ pub struct Plant<R: Real> {
     winding: Winding<R>,
     mechanics: Mechanics<R>,
     sensors: Sensors<R>,
+    wiring: Wiring,
+    /// Ideal switches, supply and wires: the short way through a period.
+    is_plain: bool,
+    /// The gate drivers have opened the bridge, until it is commanded off.
+    tripped: R::Mask,
+    overcurrent_square: R,
+    dead_part: R,
+    bridge_current: R,
     electrical_turns: R::Count,
     amplifier_temperature: R,
     current: Vector<R>,
@@ -39,6 +54,9 @@ pub struct Plant<R: Real> {
     /// Periods until `rotor` is taken from the angle again.
     rotor_age: u8,
     torque: R,
+    board: Board,
+    /// PWM periods since the beginning, wrapping.
+    periods: u32,
 }
 
 /// The rotor's direction is turned along from period to period and taken from the shaft's angle
@@ -60,8 +78,18 @@ pub struct Truth<R: Real> {
     pub phase_emf_v: [R; 3],
     /// Torque of the motor on the rotor, before friction, Nm.
     pub torque_nm: R,
-    /// Voltage of the motor supply, V.
+    /// Voltage at the bridge, V.
     pub bus_voltage_v: R,
+    /// Switches that the load (or somebody) pressed when [`Plant::signals`] was last asked: bit 0 the
+    /// negative limit switch, 1 the positive, 2 the home switch; whatever their polarity.
+    pub switches: u32,
+    /// Current into the bridge, the mean of the last period, A; negative when the motor feeds it.
+    /// 0 with [`Link::IDEAL`], which does not look.
+    pub bridge_current_a: R,
+    /// Current out of the motor supply, the mean of the last period, A; likewise.
+    pub supply_current_a: R,
+    /// Current through the braking resistor, A.
+    pub brake_current_a: R,
 }
 
 impl Truth<f32> {
@@ -76,31 +104,38 @@ impl<R: Real> Plant<R> {
     /// should pass [`Parameters::check`].
     pub fn new(parameters: &Parameters) -> Self {
         let (motor, period_s) = (&parameters.motor, parameters.pwm_period_s);
+        let (angle, turns) = angle_and_turns(parameters.start_turns);
         let mut plant = Self {
             parameters: *parameters,
             supply: Supply::new(
+                &parameters.link,
+                period_s,
                 R::splat(parameters.supply_v),
                 R::splat(parameters.diode_drop_v),
             ),
             inverter: Inverter::new(parameters.load_delay_periods),
-            winding: Winding::new(motor, period_s),
+            winding: winding_of(parameters),
             mechanics: Mechanics::new(motor, &parameters.load, period_s),
-            sensors: Sensors::new(
-                &parameters.encoder,
-                &parameters.scales,
-                parameters.current_zero_counts,
-            ),
+            sensors: Sensors::new(parameters),
+            wiring: Wiring::default(),
+            is_plain: true,
+            tripped: R::Mask::splat(false),
+            overcurrent_square: overcurrent_square(parameters),
+            dead_part: dead_part(parameters),
+            bridge_current: R::splat(0.0),
             electrical_turns: R::count(motor.electrical_turns().into()),
             amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
             current: Vector::zero(),
             rotor: Vector::zero(),
             rotor_age: 0,
             torque: R::splat(0.0),
+            board: Board::new(&parameters.switches, way(angle, turns), period_s),
+            periods: 0,
         };
-        let (angle, turns) = angle_and_turns(parameters.start_turns);
         plant
             .mechanics
             .set_position(R::count(angle), R::count(turns));
+        plant.look_for_effects();
         plant.align_rotor();
         plant
     }
@@ -113,9 +148,13 @@ impl<R: Real> Plant<R> {
 
     /// Commands a duty at a control boundary. It takes effect
     /// [`Parameters::load_delay_periods`] later, opening the bridge at once. Any value is safe: see
-    /// [`Inverter::load`].
+    /// [`Inverter::load`]. Without logic supply the bridge opens. Switching it off ends a trip of
+    /// the gate drivers.
     pub fn load(&mut self, duty: &Duty<R>) {
-        self.inverter.load(duty);
+        let enabled = duty.enabled & R::Mask::splat(self.logic_powered());
+        self.inverter.load(&Duty { enabled, ..*duty });
+        self.tripped = self.tripped & enabled;
+        self.sensors.advance();
     }
 
     /// Moves the world forward by one PWM period.
@@ -127,13 +166,20 @@ impl<R: Real> Plant<R> {
             .winding
             .shorted(self.current, self.rotor, speed, turning);
         let gain = self.winding.gain_a_per_v();
-        let driven = shorted + self.inverter.voltage_v(self.supply.voltage_v()) * gain;
-        let enabled = self.inverter.enabled();
-        self.current = driven;
-        if (!enabled).any() {
-            let open = diodes::conduct(shorted, self.supply.diode_threshold_v() * gain);
-            self.current = Vector::select(enabled, driven, open);
+        let enabled = self.inverter.enabled() & !self.tripped;
+        if self.is_plain {
+            let driven = shorted + self.inverter.voltage_v(self.supply.voltage_v()) * gain;
+            self.current = driven;
+            if (!enabled).any() {
+                let open = diodes::conduct(shorted, self.supply.diode_threshold_v() * gain);
+                self.current = Vector::select(enabled, driven, open);
+            }
+        } else {
+            self.conduct_with_effects(shorted, gain);
         }
+        let current = self.current;
+        let square = current.alpha * current.alpha + current.beta * current.beta;
+        self.tripped = self.tripped | (enabled & self.overcurrent_square.lt(square));
         self.inverter.end_period();
 
         self.mechanics.turn();
@@ -144,17 +190,84 @@ impl<R: Real> Plant<R> {
         }
         self.torque = self.winding.torque_nm(self.current, self.rotor);
         self.mechanics.accelerate(self.torque);
+        self.periods = self.periods.wrapping_add(1);
+    }
+
+    /// The current after a period in which bridge, supply or wires are not ideal, and what that does
+    /// to the supply; from what the current would be with the terminals shorted and the winding's
+    /// gain. Where an effect is absent, it computes the bits of the short way.
+    #[inline(never)]
+    fn conduct_with_effects(&mut self, shorted: Vector<R>, gain: R) {
+        let zero = R::splat(0.0);
+        let before = self.current;
+        let bus = self.supply.voltage_v();
+        let mut fractions = self.inverter.fractions();
+        let mut short_circuit = zero;
+        let is_sound = self.wiring.is_sound();
+        let mut shorted = shorted;
+        if !is_sound {
+            let switching = self.inverter.enabled() & !self.tripped;
+            let (bridge, period_s) = (&self.parameters.bridge, self.parameters.pwm_period_s);
+            let (trips, mean) = self.wiring.trips(bridge, fractions, bus, period_s as f32);
+            self.tripped = self.tripped | (switching & trips);
+            short_circuit = R::select(switching, mean, zero);
+            fractions = self.wiring.seen(fractions);
+            shorted = self.wiring.passes(shorted);
+        }
+        let enabled = self.inverter.enabled() & !self.tripped;
+        let full = gain * (bus + self.supply.diode_drops_v());
+        let driven = shorted + Vector::of_phases(fractions) * bus * gain;
+        let mut next = Pulled {
+            current: driven,
+            taken: [zero; 3],
+        };
+        if self.parameters.bridge.dead_time_s > 0.0 {
+            let pull = full * self.dead_part;
+            next = self.inverter.dead_time(driven, self.dead_part, pull);
+        }
+        if (!enabled).any() {
+            let threshold = self.supply.diode_threshold_v() * gain;
+            let drop = self.supply.diode_drops_v() * R::splat(0.5) * gain;
+            let open = self.wiring.conduct(shorted, threshold, drop);
+            next = Pulled::select(enabled, next, open);
+        }
+        if !is_sound {
+            next.current = self.wiring.passes(next.current);
+        }
+        self.current = next.current;
+        if !self.supply.is_ideal() {
+            // Switches connect a phase to the positive rail for its fraction; diodes take from that
+            // the part of the bus that they hold against the current.
+            let mean = self.winding.mean(before, self.current).phases();
+            let sum = |[a, b, c]: [R; 3], [d, e, f]: [R; 3]| a * d + b * e + c * f;
+            let by_switches = R::select(enabled, sum(fractions, mean), zero);
+            let by_diodes = sum(next.taken, mean) / R::select(zero.lt(full), full, R::splat(1.0));
+            self.bridge_current = by_switches - by_diodes + short_circuit;
+            self.supply.end_period(self.bridge_current);
+        }
+        if self.sensors.is_filtered() {
+            self.sensors.follow(self.current);
+        }
     }
 
     /// What the sensors read now.
     #[inline]
     pub fn sample(&self) -> Sample<R> {
-        self.sensors.sample(
-            self.mechanics.angle(),
-            self.current,
-            self.supply.voltage_v(),
-            self.amplifier_temperature,
-        )
+        Sample {
+            overcurrent: self.tripped,
+            ..self.sensors.sample(&self.sensed())
+        }
+    }
+
+    #[inline(always)]
+    fn sensed(&self) -> Sensed<R> {
+        Sensed {
+            angle: self.mechanics.angle(),
+            speed_rad_s: self.mechanics.speed_rad_s(),
+            current: self.current,
+            bus_voltage_v: self.supply.voltage_v(),
+            temperature_c: self.amplifier_temperature,
+        }
     }
 
     /// What is really the case now.
@@ -168,12 +281,75 @@ impl<R: Real> Plant<R> {
             phase_emf_v: self.winding.emf_v(self.rotor, speed).phases(),
             torque_nm: self.torque,
             bus_voltage_v: self.supply.voltage_v(),
+            switches: self.board.pressed(),
+            bridge_current_a: self.bridge_current,
+            supply_current_a: self.supply.supply_current_a(),
+            brake_current_a: self.supply.brake_current_a(),
         }
     }
 
-    /// Sets the motor supply, V; 0 (or less) disconnects it. The sensors stay alive.
+    /// Sets the motor supply's open-circuit voltage, V; 0 (or less) disconnects it. The sensors stay
+    /// alive.
     pub fn set_supply_v(&mut self, voltage_v: R) {
         self.supply.set_voltage_v(voltage_v);
+    }
+
+    /// Changes what is between the motor supply and the bridge. The bus keeps its voltage, except that
+    /// an ideal supply sets it.
+    pub fn set_link(&mut self, link: &Link) {
+        self.parameters.link = *link;
+        self.supply.set_link(link, self.parameters.pwm_period_s);
+        self.look_for_effects();
+    }
+
+    /// Sets the logic supply's open-circuit voltage, V; 0 is off.
+    pub fn set_logic_supply_v(&mut self, voltage_v: f32) {
+        self.parameters.logic.supply_v = voltage_v;
+    }
+
+    /// Whether the processor has its supply. Without, it runs no loops, hears nothing, and boots anew
+    /// when the supply returns; that is up to whoever runs it.
+    pub fn logic_powered(&self) -> bool {
+        self.parameters.logic.is_enough()
+    }
+
+    /// Opens the wire of a phase, or mends it.
+    pub fn set_open_phase(&mut self, phase: Phase, open: bool) {
+        self.wiring.set_open(phase, open);
+        self.look_for_effects();
+    }
+
+    /// Puts a short circuit at the motor's wires, or takes it away.
+    pub fn set_short(&mut self, short: Option<Short>) {
+        self.wiring.set_short(short);
+        self.look_for_effects();
+    }
+
+    /// Puts a fault into the encoder, or takes it out. One that sticks shows what it reads now.
+    pub fn set_encoder_fault(&mut self, fault: EncoderFault) {
+        let sensed = self.sensed();
+        self.sensors.set_encoder_fault(fault, &sensed);
+    }
+
+    /// Sets the part of the encoder's answers with a wrong check sum, 0 to 1.
+    pub fn set_bad_answers(&mut self, part: R) {
+        self.sensors.reader().set_bad_answers(part);
+    }
+
+    /// Moves the encoder's magnet to a distance from its sensor, mm; see [`crate::field_at`].
+    pub fn set_magnet_mm(&mut self, distance_mm: f32) {
+        self.sensors.reader().set_magnet_mm(distance_mm);
+    }
+
+    /// Turns the encoder's magnet on the shaft by an angle, 2³² a turn: the electrical zero is
+    /// elsewhere from now on.
+    pub fn slip_magnet(&mut self, angle: R::Count) {
+        self.sensors.reader().slip(angle);
+    }
+
+    /// Starts the sensors' noise anew from a seed, which may be another for each drive of a batch.
+    pub fn set_noise_seed(&mut self, seed: R::Count) {
+        self.sensors.set_noise_seed(seed);
     }
 
     /// Sets the torque of the load, Nm; positive opposes positive rotation.
@@ -198,6 +374,29 @@ impl<R: Real> Plant<R> {
         self.amplifier_temperature = temperature_c;
     }
 
+    /// Sets the levels of the inputs to which no switch is connected, in the order of
+    /// [`Signals::inputs`].
+    pub fn set_inputs(&mut self, levels: u32) {
+        self.board.set_inputs(levels);
+    }
+
+    /// Presses a switch (`true`), holds it released (`false`), or leaves it to the load again
+    /// (`None`). One that is not connected stays so.
+    pub fn hold_switch(&mut self, name: SwitchName, held: Option<bool>) {
+        self.board.hold(name, held);
+    }
+
+    /// Sets the voltages at the analog inputs 1 and 2, V, of which they show 0 to 3.3; an undefined
+    /// one reads 0.
+    pub fn set_auxiliary_v(&mut self, volts: [f32; 2]) {
+        self.board.set_auxiliary_v(volts);
+    }
+
+    /// Asks for safe torque off, or no longer.
+    pub fn set_torque_off(&mut self, asked: bool) {
+        self.board.set_torque_off(asked);
+    }
+
     /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
     /// The period is held between 1 µs and 1 ms.
     pub fn set_pwm_period_s(&mut self, period_s: f64) {
@@ -205,8 +404,18 @@ impl<R: Real> Plant<R> {
         let period_s = if period_s < 1e-3 { period_s } else { 1e-3 };
         self.parameters.pwm_period_s = period_s;
         let (motor, load) = (&self.parameters.motor, &self.parameters.load);
-        self.winding = Winding::new(motor, period_s);
         self.mechanics.set_period_s(motor, load, period_s);
+        self.winding = winding_of(&self.parameters);
+        self.dead_part = dead_part(&self.parameters);
+        self.supply.set_link(&self.parameters.link, period_s);
+        self.sensors.set_period_s(&self.parameters);
+    }
+
+    /// Finds out whether the short way through a period will do.
+    fn look_for_effects(&mut self) {
+        let has_dead_time = self.parameters.bridge.dead_time_s > 0.0;
+        let is_ideal = self.supply.is_ideal() && self.wiring.is_sound() && !has_dead_time;
+        self.is_plain = is_ideal && !self.sensors.is_filtered();
     }
 
     /// Takes the rotor's direction from the shaft's angle.
@@ -222,19 +431,39 @@ impl<R: Real> Plant<R> {
     }
 }
 
-/// A position in turns as the shaft counts it: within the turn, 2³² per turn and wrapping at half a
-/// turn, and whole turns; up to 2³⁰ turns to either side, at zero if undefined.
-fn angle_and_turns(turns: f64) -> (i32, i32) {
-    let held = turns.clamp(-1_073_741_824.0, 1_073_741_824.0);
-    // Both casts are toward zero; the offset of whole turns makes that down, to the nearest step.
-    let steps = (held * 4_294_967_296.0) as i64;
-    let whole = (steps + 0x8000_0000) >> 32;
-    (steps as i32, whole as i32)
+/// The winding in series with the switches.
+fn winding_of<R: Real>(parameters: &Parameters) -> Winding<R> {
+    let mut motor = parameters.motor;
+    motor.phase_resistance_ohm += parameters.bridge.switch_ohm;
+    Winding::new(&motor, parameters.pwm_period_s)
+}
+
+/// The dead time as a part of the PWM period.
+fn dead_part<R: Real>(parameters: &Parameters) -> R {
+    R::splat((parameters.bridge.dead_time_s / parameters.pwm_period_s) as f32)
+}
+
+fn overcurrent_square<R: Real>(parameters: &Parameters) -> R {
+    let overcurrent = R::splat(parameters.bridge.overcurrent_a);
+    overcurrent * overcurrent
+}
+
+/// A position, 2³² per turn.
+fn way(angle: i32, turns: i32) -> i64 {
+    (i64::from(turns) << 32) + i64::from(angle)
 }
 
 impl Plant<f32> {
-    /// What the board says beside the sample.
-    pub fn signals(&self) -> Signals {
-        Signals::QUIET
+    /// What the board says beside the sample. To be asked at every control boundary: switches with
+    /// hysteresis, and those that bounce, remember what they were.
+    pub fn signals(&mut self) -> Signals {
+        let way = way(self.mechanics.angle(), self.mechanics.turns());
+        Signals {
+            magnet: self.sensors.magnet(),
+            inputs: self.board.inputs(way, self.periods),
+            auxiliary_adc: self.board.auxiliary_adc(),
+            torque_off: self.board.torque_off(),
+            ..Signals::QUIET
+        }
     }
 }

@@ -21,6 +21,8 @@ pub struct Winding<R: Real> {
     decayed: R,
     /// (1 - a)/R, A/V.
     gain: R,
+    /// Weight of the first current in the mean of a period: 1/x - a/(1 - a), x = Rh/L.
+    first_weight: R,
     /// p L/R, s: times the mechanical speed, the reactance over the resistance.
     reactance: R,
     /// p h, s: times the mechanical speed, the electrical angle of one period.
@@ -38,12 +40,19 @@ impl<R: Real> Winding<R> {
     pub fn new(motor: &Motor, period_s: f64) -> Self {
         let (resistance, inductance) = (motor.phase_resistance_ohm, motor.phase_inductance_h);
         let electrical_turns = f64::from(motor.electrical_turns());
-        let decayed = decayed_fraction(resistance * period_s / inductance);
+        let constants = resistance * period_s / inductance;
+        let decayed = decayed_fraction(constants);
+        let first_weight = if constants > 1e-3 {
+            1.0 / constants - (1.0 - decayed) / decayed
+        } else {
+            0.5 - constants / 12.0
+        };
         let real = |value: f64| R::splat(value as f32);
         Self {
             remaining: real(1.0 - decayed),
             decayed: real(decayed),
             gain: real(decayed / resistance),
+            first_weight: real(first_weight),
             reactance: real(electrical_turns * inductance / resistance),
             electrical_period: real(electrical_turns * period_s),
             short_circuit_current: real(motor.flux_wb / inductance),
@@ -100,6 +109,12 @@ impl<R: Real> Winding<R> {
     #[inline(always)]
     pub fn gain_a_per_v(&self) -> R {
         self.gain
+    }
+
+    /// Mean of the current over a period, from its ends; exact for an EMF that stands still in it.
+    #[inline(always)]
+    pub fn mean(&self, first: Vector<R>, last: Vector<R>) -> Vector<R> {
+        last + (first - last) * self.first_weight
     }
 
     /// Torque on the rotor, Nm.

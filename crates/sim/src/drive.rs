@@ -16,6 +16,7 @@ use crate::lss::Station;
 use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
+use crate::power::Processor;
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -94,14 +95,15 @@ pub struct VirtualDrive {
     serial: u32,
     /// `None` while it boots, and while it has no node ID.
     core: Option<Core>,
-    plant: Plant<f32>,
+    pub(crate) processor: Processor,
+    pub(crate) plant: Plant<f32>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
     pub(crate) latency: Latency,
     pub(crate) store: FlashFile,
-    health: Health,
+    pub(crate) health: Health,
     /// When the next received frame is handled.
     pub(crate) service_at: Instant,
     /// No received frame is handled before.
@@ -130,6 +132,7 @@ impl VirtualDrive {
             personality,
             serial,
             core: None,
+            processor: Processor::Alive,
             plant: Plant::new(&settings.plant),
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
@@ -187,6 +190,11 @@ impl VirtualDrive {
         &mut self.plant
     }
 
+    /// The physical world, to look at.
+    pub fn world(&self) -> &Plant<f32> {
+        &self.plant
+    }
+
     /// The drive core; `None` while it boots, and while it has no node ID.
     pub fn core(&self) -> Option<&Core> {
         self.core.as_ref()
@@ -213,19 +221,22 @@ impl VirtualDrive {
 
     /// One control boundary: the loops see the sensors, then the world moves one control period.
     pub(crate) fn control(&mut self) {
-        let duty = match &mut self.core {
-            Some(core) => {
-                let duty = core.control_period(&self.plant.sample(), &self.plant.signals());
-                self.extremes.widen(&core.feedback());
-                duty
-            }
-            // A processor in reset opens the bridge.
-            None => Duty {
-                phase: [0.5; 3],
-                enabled: false,
-            },
-        };
-        self.plant.load(&duty);
+        // The timer of a processor that hangs goes on with what it has.
+        if !matches!(self.processor, Processor::Hung { .. }) {
+            let duty = match &mut self.core {
+                Some(core) => {
+                    let duty = core.control_period(&self.plant.sample(), &self.plant.signals());
+                    self.extremes.widen(&core.feedback());
+                    duty
+                }
+                // A processor in reset opens the bridge.
+                None => Duty {
+                    phase: [0.5; 3],
+                    enabled: false,
+                },
+            };
+            self.plant.load(&duty);
+        }
         for _ in 0..self.timing.periods_per_control {
             self.plant.step();
         }
@@ -250,6 +261,9 @@ impl VirtualDrive {
 
     /// A frame has arrived at its controller.
     pub(crate) fn hear(&mut self, frame: Frame, now: Instant) {
+        if self.is_lifeless() {
+            return;
+        }
         let idle = !self.controller.has_received();
         if !self.controller.receive(frame) {
             self.report(Health {
@@ -279,8 +293,12 @@ impl VirtualDrive {
 
     /// When [`VirtualDrive::poll`] must be called next.
     pub(crate) fn next_poll(&self) -> Instant {
+        if self.is_lifeless() {
+            return self.next_power();
+        }
         let mut next = self
-            .service_at
+            .next_power()
+            .min(self.service_at)
             .min(self.boots_at)
             .min(self.store.next_work())
             .min(self.station.next_deadline());
@@ -299,6 +317,11 @@ impl VirtualDrive {
     /// Does what time asks for, and fills free mailboxes. What people should know of goes to
     /// `notice`.
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
+        self.follow_power(now);
+        if self.is_lifeless() {
+            self.switch_controller(now);
+            return;
+        }
         if now >= self.boots_at {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
@@ -390,7 +413,7 @@ impl VirtualDrive {
 
     /// Moves frames from the node to free mailboxes.
     pub(crate) fn fill_mailboxes(&mut self) {
-        if self.is_bus_off() || self.station.is_silent() {
+        if self.is_bus_off() || self.station.is_silent() || self.is_lifeless() {
             return;
         }
         while self.controller.has_free_mailbox() {
@@ -437,16 +460,21 @@ impl VirtualDrive {
                     }
                 }
                 Request::Reset(Reset::Node) => {
-                    self.core = None;
-                    self.station.power_off();
-                    self.controller.silence(false);
-                    self.controller.clear();
-                    self.service_at = Instant::NEVER;
-                    self.storing = None;
+                    self.lose_program();
                     self.boots_at = now.plus_ns(self.latency.boot_ns());
                 }
             }
         }
+    }
+
+    /// Everything that does not survive a reset of the processor.
+    pub(crate) fn lose_program(&mut self) {
+        self.core = None;
+        self.station.power_off();
+        self.controller.silence(false);
+        self.controller.clear();
+        self.service_at = Instant::NEVER;
+        self.storing = None;
     }
 
     fn boot(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {

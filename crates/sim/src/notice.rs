@@ -6,7 +6,7 @@ use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
-use crate::medium::ErrorCounters;
+use crate::medium::{ErrorCounters, Traffic};
 use crate::place::Place;
 use crate::store::StoreError;
 use crate::wire_act::Participant;
@@ -16,8 +16,8 @@ use crate::wire_act::Participant;
 pub struct Notice {
     /// When.
     pub at: Instant,
-    /// Whom it is about.
-    pub who: Participant,
+    /// Whom it is about; `None` if it is the scenario that acts.
+    pub who: Option<Participant>,
     /// A drive's node ID at that time.
     pub node: Option<NodeId>,
     /// What.
@@ -51,6 +51,8 @@ pub enum NoticeKind {
     BusOff,
     /// It is back from bus-off.
     BusOn,
+    /// The scenario has done this.
+    Scenario(String),
     /// It has started with a bit rate that is not the one of the bus.
     OtherBitRate {
         /// The drive's.
@@ -60,20 +62,49 @@ pub enum NoticeKind {
     },
 }
 
+/// Something that a bus has to tell.
+#[derive(Debug)]
+pub enum Happening {
+    /// A frame went over it.
+    Frame(Traffic),
+    /// There is something that people should know of.
+    Notice(Notice),
+}
+
+impl Happening {
+    /// Frames and notices in the order of their times; of one time, frames first.
+    pub(crate) fn merge(traffic: Vec<Traffic>, notices: Vec<Notice>) -> Vec<Happening> {
+        let mut all = Vec::with_capacity(traffic.len() + notices.len());
+        let mut notices = notices.into_iter().peekable();
+        for traffic in traffic {
+            while let Some(notice) = notices.next_if(|notice| notice.at < traffic.at) {
+                all.push(Happening::Notice(notice));
+            }
+            all.push(Happening::Frame(traffic));
+        }
+        all.extend(notices.map(Happening::Notice));
+        all
+    }
+}
+
 impl std::fmt::Display for Notice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (self.who, self.node) {
-            (Participant::Drive(place), Some(node)) if Place::of_node(node) == place => {
+            (Some(Participant::Drive(place)), Some(node)) if Place::of_node(node) == place => {
                 write!(f, "node {node}: ")?;
             }
-            (Participant::Drive(place), Some(node)) => write!(f, "node {node} (drive {place}): ")?,
-            (Participant::Drive(place), None) => {
+            (Some(Participant::Drive(place)), Some(node)) => write!(f, "node {node} (drive {place}): ")?,
+            (Some(Participant::Drive(place)), None) => {
                 write!(f, "drive {place}, which has no node ID: ")?;
             }
-            (Participant::Outside, _) => f.write_str("outside programs: ")?,
-            (Participant::Stranger, _) => f.write_str("babbling node: ")?,
+            (Some(Participant::Outside), _) => f.write_str("outside programs: ")?,
+            (Some(Participant::Stranger), _) => f.write_str("babbling node: ")?,
+            (None, _) => {}
         }
         match &self.kind {
+            NoticeKind::Scenario(words) => {
+                write!(f, "{:.6} scenario: {words}", self.at.seconds())
+            }
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
                 write_kept(f, kept)?;

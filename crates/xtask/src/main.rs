@@ -1,7 +1,7 @@
 //! `cargo xtask`: every chore that a developer or a CI machine runs.
 //!
 //! `cargo xtask test` is all that CI runs. Each of its steps is a file here: [`mod@format`], [`lint`],
-//! [`rust_tests`], [`docs`], [`transcripts`], [`outside`], [`dissect`], [`mod@vm`], [`thumb`]. A step that needs
+//! [`rust_tests`], [`docs`], [`book`], [`transcripts`], [`outside`], [`dissect`], [`mod@vm`], [`thumb`]. A step that needs
 //! something installs it, if it can do so without harm, and says so: Python packages into a virtual
 //! environment under `target/`, Debian packages with apt where this runs as root, a Rust target
 //! with rustup. What cannot be done on a machine is named in the table at the end, and fails only
@@ -9,6 +9,7 @@
 
 mod apt;
 mod bench;
+mod book;
 mod command;
 mod debian_rust;
 mod dissect;
@@ -68,6 +69,8 @@ enum Chore {
         #[arg(long, default_value_t = 1_000_000, value_name = "N")]
         runs: u64,
     },
+    /// Renders the book (mdBook) to target/book and follows its links
+    Book,
     /// Tests against the CAN of a real Linux kernel, in a virtual machine (QEMU)
     Vm,
     /// Builds the no_std crates for a Cortex-M4F, thumbv7em-none-eabihf
@@ -99,6 +102,11 @@ const STEPS: &[Step] = &[
         name: "docs",
         what: "the API documentation, warnings denied",
         run: docs::run,
+    },
+    Step {
+        name: "book",
+        what: "the book renders, and no link in it leads nowhere",
+        run: book::run,
     },
     Step {
         name: "transcripts",
@@ -152,6 +160,7 @@ fn main() -> ExitCode {
         Chore::Test { .. } => return step::run_all(&chosen, &workspace, strict),
         Chore::Bench { json } => bench::run(&workspace, json.as_deref()),
         Chore::Fuzz { target, runs } => fuzz::run(&workspace, &target, runs),
+        Chore::Book => book::run(&workspace),
         Chore::Vm => vm::run(&workspace),
         Chore::Thumb { source } => thumb::build(&workspace, source),
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::run as run_command;
+use crate::command::{run as run_command, succeed};
 use crate::python;
 use crate::rust_tests::number_before;
 use crate::step::{StepResult, Trouble};
@@ -20,6 +20,10 @@ pub(crate) const DISSECT: &str = "python/outside/test_dissect.py";
 pub(crate) fn run(workspace: &Workspace) -> StepResult {
     let python = python::environment(workspace)?;
     build_servobus(workspace)?;
+    // The cycles of test_bus_load.py.
+    let mut cyclic = workspace.cargo();
+    cyclic.args(["build", "--locked", "--package", "servobus-bench"]);
+    succeed(cyclic.args(["--bin", "servobus-cyclic"]))?;
     let mut drives = workspace.command(&python);
     drives.args(["-m", "pytest", "python/outside"]);
     drives.args(["--ignore", RECORDING, "--ignore", DISSECT]);

@@ -46,7 +46,9 @@ pub(crate) struct Rig {
     pub(crate) lag: i32,
     /// The motor does not move.
     pub(crate) stuck: bool,
-    unwrapped: f64,
+    pub(crate) unwrapped: f64,
+    /// By how much positions have become greater since the start.
+    pub(crate) renamed: i32,
 }
 
 impl Rig {
@@ -74,6 +76,7 @@ impl Rig {
             lag: 0,
             stuck: false,
             unwrapped: 0.0,
+            renamed: 0,
         }
     }
 
@@ -132,7 +135,15 @@ impl Rig {
         self.fetch();
     }
 
-    fn fetch(&mut self) {
+    pub(crate) fn fetch(&mut self) {
+        if let Some(shift) = self.axis.take_position_shift() {
+            self.unwrapped += f64::from(shift);
+            self.renamed += shift;
+            if let Demand::Position { start, .. } = &mut self.demand {
+                *start = start.wrapping_add(shift);
+            }
+            self.settle();
+        }
         if let Some(demand) = self.axis.take_demand() {
             self.unwrapped = self.sample().position;
             if let Demand::Position {
@@ -194,7 +205,7 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle => Sample {
+            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
@@ -202,6 +213,12 @@ impl Rig {
                 start_pm,
                 slope_pm_per_s,
                 duration_ns,
+            }
+            | Demand::TorqueWithAngle {
+                start_pm,
+                slope_pm_per_s,
+                duration_ns,
+                ..
             } => {
                 let (t, _) = time(duration_ns);
                 Sample {
@@ -268,6 +285,19 @@ impl Rig {
             Demand::Torque { .. } => {
                 self.actual.demand_torque_pm = sample.torque_pm as f32;
                 self.actual.torque_pm = sample.torque_pm as f32;
+            }
+            Demand::TorqueWithAngle {
+                angle, duration_ns, ..
+            } => {
+                self.actual.electrical_angle = angle;
+                self.actual.demand_torque_pm = sample.torque_pm as f32;
+                self.actual.torque_pm = sample.torque_pm as f32;
+                let left = u64::from(duration_ns).saturating_sub(self.elapsed_ns);
+                self.actual.demand_left_ns = u32::try_from(left).unwrap_or(u32::MAX);
+            }
+            Demand::PhaseVoltage { angle, .. } => {
+                self.actual.electrical_angle = angle;
+                self.actual.torque_pm = 0.0;
             }
             Demand::Off | Demand::Idle => {
                 self.actual.torque_pm = 0.0;

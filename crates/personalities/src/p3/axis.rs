@@ -2,25 +2,31 @@
 
 use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u8, u16, u32};
-use canopen::{Dictionary, Row};
+use canopen::{Address, Dictionary, Row};
 use cia402::{Mode, ModeSet};
 
 use super::motor::{feedback, parameter};
 use super::{plain, scaled};
-use crate::class::{CONFIGURATION, CONTROL, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY};
+use crate::class::{
+    CONFIGURATION, CONTROL, TARGET_ANGLE, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY,
+};
 use crate::{
-    AxisObjects, ConfigurationObjects, FeedbackObjects, TargetObjects, TargetWindow, WindowObjects,
+    AxisObjects, ConfigurationObjects, FeedbackObjects, HomingObjects, TargetObjects, TargetWindow,
+    WindowObjects,
 };
 
-/// The feature list's modes (P11); homing and modes 11 and 12 are not built yet.
+/// The feature list's modes (P11).
 pub(crate) const MODES: ModeSet = ModeSet::EMPTY
     .with(Mode::IDLE)
     .with(Mode::PROFILE_POSITION)
     .with(Mode::PROFILE_VELOCITY)
     .with(Mode::PROFILE_TORQUE)
+    .with(Mode::HOMING)
     .with(Mode::CYCLIC_POSITION)
     .with(Mode::CYCLIC_VELOCITY)
-    .with(Mode::CYCLIC_TORQUE);
+    .with(Mode::CYCLIC_TORQUE)
+    .with(Mode::CYCLIC_TORQUE_WITH_ANGLE)
+    .with(Mode::PHASE_VOLTAGE_WITH_ANGLE);
 
 /// A parameter of the axis that is stored.
 pub(crate) const fn limit(row: Row) -> Row {
@@ -48,7 +54,8 @@ pub(crate) const ROWS: &[Row] = &[
     // P21; rated torque over the rotor's inertia is 33 million cts/s².
     limit(u32(0x60C5, 0, "Max acceleration").unit("cts/s2").range(0, i32::MAX as i64)).default(20_000_000),
     limit(u32(0x60C6, 0, "Max deceleration").unit("cts/s2").range(0, i32::MAX as i64)).default(20_000_000),
-    i16(0x60EA, 0, "Electrical angle").rw().rpdo().asks().unit("1/65536turn"), // P48
+    // P48: it can be written in modes 11 and 12 only, and shows the frame's angle in all.
+    feedback(i16(0x60EA, 0, "Electrical angle").unit("1/65536turn")).rw().rpdo().asks().tells(TARGET_ANGLE),
     i16(0x6071, 0, "Target torque").rw().rpdo().range(-1000, 1000).unit("permille").tells(TARGET_TORQUE),
     feedback(i16(0x3023, 1, "Internal torque demand").unit("permille")),
     feedback(i16(0x6077, 0, "Actual torque").unit("permille")),
@@ -70,8 +77,10 @@ pub(crate) const ROWS: &[Row] = &[
     limit(i32(0x6081, 0, "Position controller max velocity").unit("cts/s")).range(0, i32::MAX as i64).default(200_000).rpdo(),
     limit(u8(0x60C2, 1, "Interpolation time period value").default(1)),
     limit(i8(0x60C2, 2, "Interpolation time period scale").range(-6, 0).default(-3)),
-    // l.1176, P61; there is no homing yet.
-    u8(0x2402, 0, "Motor is homed").tpdo(),
+    // l.1176, P61.
+    feedback(u8(0x2402, 0, "Motor is homed")),
+    // P38.
+    limit(i32(0x607C, 0, "Home offset").unit("cts")).rpdo(),
 ];
 
 /// What the faithful drive has otherwise than the standard.
@@ -81,6 +90,8 @@ pub(super) const P3_ROWS: &[Row] = &[
     limit(u16(0x605A, 0, "Quick stop option code").range(0, 8).default(2)),
     // P17.
     u16(0x603F, 0, "Last error").tpdo(),
+    // "Homing Immediate" alone (l.156, P38).
+    limit(i8(0x6098, 0, "Homing method").range(37, 37).default(37)).rpdo(),
 ];
 
 /// Where the axis finds its objects.
@@ -96,6 +107,9 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             position_offset: Some(plain(objects, 0x60B0, 0)),
             velocity_offset: Some(plain(objects, 0x60B1, 0)),
             torque_offset: Some(plain(objects, 0x60B2, 0)),
+            angle: Some(objects.need(0x60EA, 0)),
+            voltage_d: Some((Address::new(0x3010, 4), objects.need(0x3010, 4))),
+            voltage_q: Some((Address::new(0x3010, 5), objects.need(0x3010, 5))),
         },
         feedback: FeedbackObjects {
             position: plain(objects, 0x6064, 0),
@@ -115,6 +129,12 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
                 Some(scaled(objects, 0x3008, 1, 0.0625)),
                 Some(scaled(objects, 0x3008, 2, 0.0625)),
             ],
+            current_d_a: Some(scaled(objects, 0x3010, 6, 1e-3)),
+            motor_thermistor: Some(plain(objects, 0x3010, 3)),
+            auxiliary_adc: [
+                Some(plain(objects, 0x3022, 1)),
+                Some(plain(objects, 0x3022, 2)),
+            ],
         },
         configuration: ConfigurationObjects {
             profile_velocity: plain(objects, 0x6081, 0),
@@ -133,7 +153,11 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             torque_slope: None,
             interpolation_period: Some((objects.need(0x60C2, 1), objects.need(0x60C2, 2))),
             quick_stop_option: Some(objects.need(0x605A, 0)),
+            shutdown_option: None,
+            disable_option: None,
             halt_option: None,
+            fault_reaction_option: None,
+            abort_connection_option: None,
             following_warning: window(objects, 0x6065, 0x6066), // P19
             following_fault: window(objects, 0x2120, 0x2121),
             velocity_warning: window(objects, 0x606D, 0x606E), // P29
@@ -149,6 +173,12 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             },
             velocity_threshold: 683.0,
         },
+        homing: Some(HomingObjects {
+            method: objects.need(0x6098, 0),
+            offset: plain(objects, 0x607C, 0),
+            is_homed: objects.handle(0x2402, 0),
+            search: None,
+        }),
         rated_torque_nm: scaled(objects, 0x6076, 0, 1e-3),
         polarity: Some(objects.need(0x607E, 0)),
     }

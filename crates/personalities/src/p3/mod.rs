@@ -115,5 +115,6 @@ pub static P3: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     presets_position: Some(Address::new(0x6064, 0)),    // P25
+    inputs: None,
     host: None,
 };

@@ -3,6 +3,7 @@
 use canopen::row::{i16, i32, u16, u32};
 use canopen::{Dictionary, Row};
 
+use super::homing;
 use crate::p3::axis::limit;
 use crate::p3::motor::feedback;
 use crate::p3::{self, plain};
@@ -11,10 +12,15 @@ use crate::{AxisObjects, ConfigurationObjects, FeedbackObjects, TargetWindow, Wi
 /// The rows beside [`p3::axis::ROWS`].
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
+    // Heartbeat or guarding lost, bus-off: 0 nothing, 1 fault, 2 disable voltage, 3 quick stop.
+    limit(i16(0x6007, 0, "Abort connection option code").range(0, 3).default(1)),
     // The present error (P17).
     u16(0x603F, 0, "Error code").tpdo(),
     limit(i16(0x605A, 0, "Quick stop option code").range(0, 8).default(2)),
+    limit(i16(0x605B, 0, "Shutdown option code").range(0, 1)),
+    limit(i16(0x605C, 0, "Disable operation option code").range(0, 1).default(1)),
     limit(i16(0x605D, 0, "Halt option code").range(1, 4).default(1)),
+    limit(i16(0x605E, 0, "Fault reaction option code").range(0, 4).default(2)),
     // 20 counts at once are what the faithful drive has for good (P53).
     limit(u32(0x6067, 0, "Position window").unit("cts").default(20)).rpdo(),
     limit(u16(0x6068, 0, "Position window time").unit("ms")).rpdo(),
@@ -41,13 +47,18 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         configuration: ConfigurationObjects {
             quick_stop_deceleration: Some(plain(objects, 0x6085, 0)),
             torque_slope: Some(plain(objects, 0x6087, 0)),
+            shutdown_option: Some(objects.need(0x605B, 0)),
+            disable_option: Some(objects.need(0x605C, 0)),
             halt_option: Some(objects.need(0x605D, 0)),
+            fault_reaction_option: Some(objects.need(0x605E, 0)),
+            abort_connection_option: Some(objects.need(0x6007, 0)),
             position_window: TargetWindow::Objects(WindowObjects {
                 size: plain(objects, 0x6067, 0),
                 time_ms: objects.need(0x6068, 0),
             }),
             ..p3.configuration
         },
+        homing: Some(homing::objects(objects)),
         ..p3
     }
 }

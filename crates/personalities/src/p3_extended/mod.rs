@@ -6,6 +6,8 @@
 mod axis;
 mod communication;
 mod faults;
+mod homing;
+mod inputs;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -20,6 +22,9 @@ const ROWS: &[&[Row]] = &[
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
     axis::ROWS,
+    homing::ROWS,
+    &homing::METHOD_ROWS,
+    inputs::ROWS,
     p3::faults::OBJECT_ROWS,
     faults::ENABLE_ROWS,
 ];
@@ -71,6 +76,7 @@ pub static P3_EXTENDED: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     stores_single_entry: Some(Address::new(0x1010, 4)),
     presets_position: Some(Address::new(0x6064, 0)),
+    inputs: Some(inputs::objects(&OBJECTS_CONST)),
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),

@@ -89,6 +89,12 @@ impl Bus {
         act.check_drives(&places)?;
         // What is due now comes first, as in a replay.
         self.run_until(self.now);
+        self.act_now(act);
+        Ok(())
+    }
+
+    /// An act that is known to be possible, in the midst of what happens at this instant.
+    pub(super) fn act_now(&mut self, act: WireAct) {
         let now = self.now;
         match act {
             WireAct::Flip { .. } | WireAct::Lose { .. } => self.acts.pending.push(act),
@@ -112,7 +118,6 @@ impl Bus {
             WireAct::Connect(who) => self.move_to_wire(who, None),
             WireAct::Break { fault, for_ns } => self.break_cable(fault, now.plus_ns(for_ns)),
         }
-        Ok(())
     }
 
     fn break_cable(&mut self, fault: WireFault, until: Instant) {

@@ -144,6 +144,9 @@ impl Bus {
             wire,
         } = ended;
         let bit_ns = wire.bit_rate.bit_ns();
+        if let Some(runner) = &mut self.runner {
+            runner.see(frame, senders, now);
+        }
         // Who has another bit rate, or was not there when this began, notices nothing.
         let on_wire = |drive: &VirtualDrive| drive.controller.port.wire() == *wire;
         let all = self.drives.iter_mut().zip(&mut self.due);

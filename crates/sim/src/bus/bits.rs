@@ -185,6 +185,11 @@ impl Bus {
             };
             (frame, sender)
         });
+        if let Some(runner) = &mut self.runner
+            && let Some((frame, sender)) = sender
+        {
+            runner.see(&frame, &[sender], now);
+        }
         let mut reaches_outside = false;
         for (who, event) in events {
             match (who, event) {
@@ -292,7 +297,7 @@ impl Bus {
         let node = self.drive_of(who).and_then(|drive| drive.node());
         self.notices.push(Notice {
             at: self.now,
-            who,
+            who: Some(who),
             node,
             kind,
         });

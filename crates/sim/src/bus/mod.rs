@@ -11,9 +11,10 @@ use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
 use crate::medium::{ErrorCounters, Event, Media, Sender, Traffic};
-use crate::notice::{Notice, NoticeKind};
+use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::scenario::{Runner, Scenario, World};
 use crate::stranger::Stranger;
 use crate::wire_act::Participant;
 
@@ -30,6 +31,8 @@ pub struct BusSettings {
     pub disturbance: Disturbance,
     /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
+    /// What happens to them, if anything: [`Scenario::set_up`] puts it here.
+    pub scenario: Option<Scenario>,
 }
 
 impl BusSettings {
@@ -40,6 +43,7 @@ impl BusSettings {
             bit_rate: BitRate::Mbit1,
             disturbance: Disturbance::default(),
             drives,
+            scenario: None,
         }
     }
 }
@@ -63,6 +67,7 @@ pub struct Bus {
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
     events: Vec<(Participant, Event)>,
+    runner: Option<Runner>,
     /// Acts that are not over.
     acts: Acts,
     /// Every frame is looked at bit by bit.
@@ -96,6 +101,7 @@ impl Bus {
             events: Vec::new(),
             acts: Acts::default(),
             every_bit: false,
+            runner: settings.scenario.as_ref().map(Runner::new),
         }
     }
 
@@ -210,6 +216,11 @@ impl Bus {
         std::mem::take(&mut self.notices)
     }
 
+    /// Both, in the order in which they happened.
+    pub fn take_happenings(&mut self) -> Vec<Happening> {
+        Happening::merge(self.take_traffic(), self.take_notices())
+    }
+
     /// Samples every drive's plant each `every_ns` from now on.
     pub fn probe_every(&mut self, every_ns: u64) {
         self.probe = Some((every_ns.max(1), self.now));
@@ -247,6 +258,11 @@ impl Bus {
         }
         if let Some((_, at)) = self.probe {
             next = next.min(at);
+        }
+        if let Some(runner) = &self.runner {
+            next = next
+                .min(runner.next_due())
+                .min(runner.next_look(&self.drives));
         }
         next.min(self.next_of_others())
     }
@@ -291,6 +307,7 @@ impl Bus {
                 None => self.bit(n),
             }
         }
+        self.play_scenario();
         // Polls.
         self.poll_others();
         let mut left = Vec::new();
@@ -303,7 +320,7 @@ impl Bus {
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
                         at: now,
-                        who: Participant::Drive(place),
+                        who: Some(Participant::Drive(place)),
                         node,
                         kind,
                     });
@@ -317,7 +334,7 @@ impl Bus {
                 if booted && !drive.is_booting() && own != common {
                     notices.push(Notice {
                         at: now,
-                        who: Participant::Drive(place),
+                        who: Some(Participant::Drive(place)),
                         node: drive.node(),
                         kind: NoticeKind::OtherBitRate {
                             drive: own,
@@ -345,10 +362,40 @@ impl Bus {
                 self.go_into_bits(n);
             }
         }
+        self.play_scenario();
         // Arbitration.
         for n in 0..self.media.count() {
             if self.media.nth(n).is_idle(now) {
                 self.arbitrate(n);
+            }
+        }
+    }
+
+    /// Does what the scenario has for this instant.
+    fn play_scenario(&mut self) {
+        let Some(runner) = &mut self.runner else {
+            return;
+        };
+        runner.look(&self.drives, self.now);
+        let mut world = World {
+            drives: &mut self.drives,
+            gateway: &mut self.gateway,
+            now: self.now,
+        };
+        let mut has_acted = false;
+        while let Some(doing) = runner.take_due(self.now) {
+            has_acted = true;
+            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
+                at: self.now,
+                who: None,
+                node: None,
+                kind: NoticeKind::Scenario(words),
+            });
+            self.notices.extend(notices);
+        }
+        if has_acted {
+            for (drive, due) in self.drives.iter().zip(&mut self.due) {
+                *due = drive.next_poll();
             }
         }
     }

@@ -78,8 +78,18 @@ impl Master {
 
     /// A request and its answer, or `None` after 20 ms.
     fn ask(&mut self, node: u8, data: &[u8]) -> Option<[u8; 8]> {
+        self.ask_within(node, data, 20)
+    }
+
+    /// An upload's answer, if there is one in so many ms.
+    pub fn try_read_within(&mut self, node: u8, index: u16, sub: u8, ms: u64) -> Option<[u8; 8]> {
+        let [low, high] = index.to_le_bytes();
+        self.ask_within(node, &[0x40, low, high, sub], ms)
+    }
+
+    fn ask_within(&mut self, node: u8, data: &[u8], ms: u64) -> Option<[u8; 8]> {
         self.send(0x600 + u16::from(node), data);
-        let end = self.bus.now().plus_ms(20);
+        let end = self.bus.now().plus_ms(ms);
         loop {
             let came = self.bus.run_to_frame(end);
             let new = self.bus.take_traffic();

@@ -1,0 +1,75 @@
+//! `servobus-cyclic`: cyclic synchronous position on one bus, its figures as JSON and its frames as
+//! a recording, so that others can count.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bench::cyclic_bus::{Cycle, CyclicBus};
+use clap::Parser;
+use serde_json::json;
+
+/// Runs drives in cyclic synchronous position on a simulated bus of 1 Mbit/s.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// How many drives
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=15))]
+    drives: u8,
+    /// SYNC per second
+    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    sync_hz: u32,
+    /// Simulated seconds
+    #[arg(long, value_name = "S", default_value_t = 10)]
+    seconds: u64,
+    /// Writes the frames of the cycles to this file, .log, .pcapng or .mcap
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let cycle = Cycle {
+        drives: arguments.drives,
+        sync_hz: arguments.sync_hz,
+    };
+    let mut log = match &arguments.record {
+        Some(path) => Some(sim::begin_frames(path)?),
+        None => None,
+    };
+    let mut failed = Ok(());
+    let mut bus = CyclicBus::new(cycle, 1)?;
+    let outcome = bus.run(
+        arguments.seconds * u64::from(arguments.sync_hz),
+        |traffic| {
+            if let Some(log) = &mut log
+                && failed.is_ok()
+            {
+                failed = sim::write_frame(log, traffic);
+            }
+        },
+    );
+    failed?;
+    if let Some(log) = log {
+        log.finish(bus.now().0)?;
+    }
+    let figures = json!({
+        "cycles": outcome.cycles,
+        "missed": outcome.missed,
+        "not_following": outcome.not_following,
+        "frames": outcome.frames,
+        "load": outcome.load,
+        "following_error_counts": outcome.following_error_counts,
+        "wall_s": outcome.wall.as_secs_f64(),
+    });
+    println!("{figures}");
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("servobus-cyclic: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

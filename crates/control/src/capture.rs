@@ -1,0 +1,413 @@
+//! Positions at edges of digital inputs and at the encoder's index, exact to the control period.
+
+/// How many latches a drive has: homing, touch probe 1, touch probe 2.
+pub const LATCHES: usize = 3;
+
+/// What a latch waits for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Trigger {
+    /// The inputs to look at, a bit each in the order of [`crate::io::Signals::inputs`]; 0: none.
+    pub inputs: u32,
+    /// An input's becoming active counts.
+    pub rising: bool,
+    /// An input's becoming inactive counts.
+    pub falling: bool,
+    /// The index pulse counts: with `inputs` only after their edge, without them at any time.
+    pub index: bool,
+    /// Every edge is captured, not the first alone.
+    pub continuous: bool,
+    /// Tells triggers apart: what a latch shows belongs to the trigger of this number.
+    pub serial: u8,
+}
+
+/// What a latch has captured since its trigger was set: positions in the user's direction, as they
+/// are called now.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Latched {
+    /// Of the trigger.
+    pub serial: u8,
+    /// How many rising edges there were, wrapping; what was captured is that of the last one, or of
+    /// the first if the trigger is not continuous.
+    pub rising_count: u16,
+    /// The same of falling edges.
+    pub falling_count: u16,
+    /// The same of index pulses.
+    pub index_count: u16,
+    /// Position at a rising edge, counts.
+    pub rising: i32,
+    /// Position at a falling edge, counts.
+    pub falling: i32,
+    /// Position of an index pulse, counts: exact, however fast the rotor turns.
+    pub index: i32,
+}
+
+/// What the captures tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seen {
+    /// The inputs that are active, in the order of [`crate::io::Signals::inputs`].
+    pub active: u32,
+    /// What each latch has captured.
+    pub latches: [Latched; LATCHES],
+}
+
+impl Seen {
+    /// All positions have become `offset` counts greater.
+    pub fn rename(&mut self, offset: i32) {
+        for latched in &mut self.latches {
+            latched.rename(offset);
+        }
+    }
+}
+
+impl Latched {
+    fn rename(&mut self, offset: i32) {
+        self.rising = self.rising.wrapping_add(offset);
+        self.falling = self.falling.wrapping_add(offset);
+        self.index = self.index.wrapping_add(offset);
+    }
+}
+
+/// The captures of one drive, beside its loops. Looks at the inputs once per control period.
+///
+/// The position of an edge is the encoder's reading of the first period in which the input has
+/// changed: at a speed of v counts/s it is late by less than v times the period. The index is the
+/// encoder's count 0; where it was passed follows from the readings before and after.
+#[derive(Clone, Copy, Debug)]
+pub struct Captures {
+    inverted: u32,
+    counts_per_turn: i32,
+    polarity: i32,
+    triggers: [Trigger; LATCHES],
+    latches: [Latched; LATCHES],
+    started: bool,
+    levels: u32,
+    encoder: i32,
+    /// An index pulse may count.
+    wants_index: bool,
+}
+
+impl Captures {
+    /// Nothing is waited for. Set the encoder before the first period.
+    pub fn new() -> Captures {
+        Captures {
+            inverted: 0,
+            counts_per_turn: 0,
+            polarity: 1,
+            triggers: [Trigger::default(); LATCHES],
+            latches: [Latched::default(); LATCHES],
+            started: false,
+            levels: 0,
+            encoder: 0,
+            wants_index: false,
+        }
+    }
+
+    /// The encoder's counts per turn, and the user's direction against its own, 1 or −1.
+    pub fn set_encoder(&mut self, counts_per_turn: i32, polarity: i32) {
+        self.counts_per_turn = counts_per_turn;
+        self.polarity = polarity;
+    }
+
+    /// The inputs that are active when their level is low, a bit each. A change of these is no edge.
+    pub fn set_inverted(&mut self, inverted: u32) {
+        self.levels ^= self.inverted ^ inverted;
+        self.inverted = inverted;
+    }
+
+    /// Sets a trigger, 0 to [`LATCHES`] − 1, and forgets what its latch has captured.
+    pub fn set_trigger(&mut self, latch: usize, trigger: Trigger) {
+        if let (Some(old), Some(latched)) =
+            (self.triggers.get_mut(latch), self.latches.get_mut(latch))
+        {
+            *old = trigger;
+            *latched = Latched {
+                serial: trigger.serial,
+                ..Latched::default()
+            };
+            self.wants_index = self.triggers.iter().any(|trigger| trigger.index);
+        }
+    }
+
+    /// What is active and what has been captured, as of the last period.
+    pub fn seen(&self) -> Seen {
+        Seen {
+            active: self.levels,
+            latches: self.latches,
+        }
+    }
+
+    /// All positions have become `offset` counts greater, those captured as well.
+    pub fn rename(&mut self, offset: i32) {
+        for latched in &mut self.latches {
+            latched.rename(offset);
+        }
+    }
+
+    /// One control period: the levels of the inputs, the encoder's reading within one turn, and the
+    /// position that belongs to it.
+    #[inline]
+    pub fn period(&mut self, levels: u32, encoder: i32, position: i32) {
+        let levels = levels ^ self.inverted;
+        let edges = levels ^ self.levels;
+        if edges != 0 || self.wants_index || !self.started {
+            self.look(levels, edges, encoder, position);
+        }
+        self.levels = levels;
+        self.encoder = encoder;
+    }
+
+    fn look(&mut self, levels: u32, edges: u32, encoder: i32, position: i32) {
+        if !core::mem::replace(&mut self.started, true) {
+            return;
+        }
+        let index = self
+            .past_index(encoder)
+            .map(|past| position.wrapping_sub(past.wrapping_mul(self.polarity)));
+        for (trigger, latched) in self.triggers.iter().zip(&mut self.latches) {
+            // Within one period the order of edge and index is not known; the index is then taken to
+            // be before the edge.
+            let waits =
+                trigger.inputs != 0 && latched.rising_count == 0 && latched.falling_count == 0;
+            if let Some(index) = index
+                && trigger.index
+                && !waits
+            {
+                capture(
+                    &mut latched.index,
+                    &mut latched.index_count,
+                    index,
+                    trigger.continuous,
+                );
+            }
+            let edges = edges & trigger.inputs;
+            if trigger.rising && edges & levels != 0 {
+                capture(
+                    &mut latched.rising,
+                    &mut latched.rising_count,
+                    position,
+                    trigger.continuous,
+                );
+            }
+            if trigger.falling && edges & !levels != 0 {
+                capture(
+                    &mut latched.falling,
+                    &mut latched.falling_count,
+                    position,
+                    trigger.continuous,
+                );
+            }
+        }
+    }
+
+    /// How many of the encoder's counts the rotor has gone beyond its count 0, if it has come to it
+    /// or passed it since the last reading.
+    fn past_index(&self, encoder: i32) -> Option<i32> {
+        let turn = self.counts_per_turn;
+        let jump = encoder.wrapping_sub(self.encoder);
+        let moved = if jump > turn / 2 {
+            jump.wrapping_sub(turn)
+        } else if jump < -(turn / 2) {
+            jump.wrapping_add(turn)
+        } else {
+            jump
+        };
+        if moved > 0 && encoder < moved {
+            Some(encoder)
+        } else if moved < 0 && encoder == 0 {
+            Some(0)
+        } else if moved < 0 && encoder.wrapping_sub(moved) > turn {
+            Some(encoder.wrapping_sub(turn))
+        } else {
+            None
+        }
+    }
+}
+
+impl Default for Captures {
+    fn default() -> Captures {
+        Captures::new()
+    }
+}
+
+fn capture(place: &mut i32, count: &mut u16, position: i32, continuous: bool) {
+    if *count == 0 || continuous {
+        *place = position;
+    }
+    *count = count.wrapping_add(1);
+    // The first stays the first, however many follow.
+    if *count == 0 && !continuous {
+        *count = 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TURN: i32 = 4096;
+
+    /// Feeds readings of a rotor that goes through `ways`, in the encoder's counts.
+    struct Rotor {
+        captures: Captures,
+        place: i32,
+        polarity: i32,
+        levels: u32,
+    }
+
+    impl Rotor {
+        fn at(place: i32, polarity: i32) -> Rotor {
+            let mut captures = Captures::new();
+            captures.set_encoder(TURN, polarity);
+            let mut rotor = Rotor {
+                captures,
+                place,
+                polarity,
+                levels: 0,
+            };
+            rotor.go(0);
+            rotor
+        }
+
+        fn go(&mut self, way: i32) {
+            self.place += way;
+            self.captures.period(
+                self.levels,
+                self.place.rem_euclid(TURN),
+                self.place * self.polarity,
+            );
+        }
+
+        fn latched(&self) -> Latched {
+            self.captures.seen().latches[1]
+        }
+    }
+
+    #[test]
+    fn the_index_is_exact_at_any_speed_and_in_both_directions() {
+        let trigger = Trigger {
+            index: true,
+            ..Trigger::default()
+        };
+        for polarity in [1, -1] {
+            // Start, steps, and the count of the encoder's place at which the index was.
+            let cases: [(i32, &[i32], Option<i32>); 12] = [
+                (4_000, &[50, 45], None),
+                (4_000, &[50, 46], Some(4_096)),
+                (4_000, &[2_000], Some(4_096)),
+                (100, &[-99], None),
+                (100, &[-100], Some(0)),
+                (100, &[-2_000], Some(0)),
+                // Leaving it is not coming to it.
+                (0, &[5, 5], None),
+                (0, &[-5, -5], None),
+                (0, &[0, 0], None),
+                (1, &[-1, -1], Some(0)),
+                (-1, &[1, 1], Some(0)),
+                // The first stays.
+                (4_000, &[200, 2_000, 2_000], Some(4_096)),
+            ];
+            for (start, steps, index) in cases {
+                let mut rotor = Rotor::at(start, polarity);
+                rotor.captures.set_trigger(1, trigger);
+                for step in steps {
+                    rotor.go(*step);
+                }
+                let latched = rotor.latched();
+                let got = (latched.index_count > 0).then_some(latched.index);
+                let expected = index.map(|place| place * polarity);
+                assert_eq!(got, expected, "{start} {steps:?} {polarity}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_index_after_an_edge_counts() {
+        let mut rotor = Rotor::at(3_000, 1);
+        rotor.captures.set_trigger(
+            1,
+            Trigger {
+                inputs: 4,
+                rising: true,
+                index: true,
+                serial: 7,
+                ..Trigger::default()
+            },
+        );
+        rotor.go(1_500);
+        assert_eq!(rotor.latched().index_count, 0, "before the edge");
+        rotor.levels = 4;
+        rotor.go(100);
+        let latched = rotor.latched();
+        assert_eq!((latched.rising, latched.rising_count), (4_600, 1));
+        rotor.go(1_800);
+        rotor.go(1_800);
+        rotor.levels = 0;
+        rotor.go(10);
+        rotor.levels = 4;
+        rotor.go(10);
+        let latched = rotor.latched();
+        assert_eq!((latched.index, latched.index_count), (8_192, 1));
+        assert_eq!((latched.rising, latched.serial), (4_600, 7));
+    }
+
+    #[test]
+    fn only_wanted_edges_of_wanted_inputs_are_captured() {
+        let mut rotor = Rotor::at(0, 1);
+        let trigger = Trigger {
+            inputs: 1 << 16,
+            rising: true,
+            falling: true,
+            continuous: true,
+            ..Trigger::default()
+        };
+        rotor.captures.set_trigger(1, trigger);
+        for (levels, way) in [
+            (1, 10),
+            (1 << 16 | 1, 10),
+            (1 << 16, 10),
+            (0, 10),
+            (1 << 16, 10),
+        ] {
+            rotor.levels = levels;
+            rotor.go(way);
+        }
+        let latched = rotor.latched();
+        assert_eq!((latched.rising, latched.rising_count), (50, 2));
+        assert_eq!((latched.falling, latched.falling_count), (40, 1));
+        // An inverted input: nothing has moved, and edges are the other way round.
+        rotor.captures.set_trigger(
+            1,
+            Trigger {
+                falling: false,
+                ..trigger
+            },
+        );
+        rotor.captures.set_inverted(1 << 16);
+        assert_eq!(rotor.captures.seen().active, 0);
+        rotor.go(10);
+        assert_eq!(rotor.latched().rising_count, 0);
+        rotor.levels = 0;
+        rotor.go(10);
+        assert_eq!(rotor.latched().rising, 70);
+        rotor.captures.rename(-1_000);
+        assert_eq!(rotor.latched().rising, -930);
+    }
+
+    #[test]
+    fn the_first_reading_is_no_edge() {
+        let mut captures = Captures::new();
+        captures.set_encoder(TURN, 1);
+        captures.set_trigger(
+            0,
+            Trigger {
+                inputs: u32::MAX,
+                rising: true,
+                index: true,
+                ..Trigger::default()
+            },
+        );
+        captures.period(0xF, 4_000, 4_000);
+        captures.period(0xF, 3_990, 3_990);
+        assert_eq!(captures.seen().latches[0], Latched::default());
+    }
+}

@@ -1,0 +1,430 @@
+//! Homing of a whole drive on a simulated motor: switches at places of the shaft, seen by the drive
+//! once per control period, and the place that gets the position of 0x607C.
+
+use can::Frame;
+use canopen::{Instant, NodeId};
+use control::io::Signals;
+use drive::{Drive, Hardware, Health, NoHost};
+use personalities::{Personality, p3::P3, p3_extended::P3_EXTENDED};
+use plant::{Parameters, Plant};
+
+const COUNTS: f64 = 4096.0;
+const ID: u16 = 5;
+/// The encoder's reading at the shaft's place 0: the rotor stands under phase A (0x3011,1).
+const ENCODER_AT_START: f64 = 3_576.0;
+const HOME_SWITCH: u32 = 1 << 2;
+
+/// Switches as ranges of the shaft's place, in encoder counts from its start.
+#[derive(Clone, Copy, Default)]
+struct Switches {
+    negative_limit: Option<f64>,
+    positive_limit: Option<f64>,
+    home: Option<(f64, f64)>,
+    /// Which inputs read inverted.
+    inverted: u32,
+}
+
+struct Bench {
+    drive: Drive<Vec<u8>>,
+    plant: Plant<f32>,
+    switches: Switches,
+    now: Instant,
+    extra_inputs: u32,
+    torque_off: bool,
+    /// The shaft does not leave this range of places.
+    stops: Option<(f64, f64)>,
+}
+
+impl Bench {
+    fn new(personality: &'static Personality, switches: Switches) -> Bench {
+        let hardware = Hardware {
+            scales: plant::VIRTUAL_P3.scales,
+            duty_margin: 0.0,
+        };
+        let memory = vec![0; personality.device.table.image_bytes()];
+        let id = NodeId::new(ID as u8).expect("a node ID");
+        let made = Drive::new(personality, hardware, memory, id, 1, &[], Health::default());
+        let (mut drive, _) = made.expect("defaults that make a drive");
+        drive.start(Instant::ZERO);
+        let mut parameters = Parameters::default();
+        // The friction that virtual drives have.
+        parameters.motor.coulomb_friction_nm *= 0.02;
+        parameters.motor.static_friction_nm *= 0.02;
+        parameters.motor.viscous_friction_nms *= 0.02;
+        let mut bench = Bench {
+            drive,
+            plant: Plant::new(&parameters),
+            switches,
+            now: Instant::ZERO,
+            extra_inputs: 0,
+            torque_off: false,
+            stops: None,
+        };
+        bench.run_ms(10);
+        while bench.drive.transmit(&mut NoHost).is_some() {}
+        bench
+    }
+
+    /// Place of the shaft, counts of the encoder.
+    fn place(&self) -> f64 {
+        self.plant.truth().position_turns() * COUNTS
+    }
+
+    fn inputs(&self) -> u32 {
+        let place = self.place();
+        let mut inputs = self.extra_inputs;
+        inputs |= u32::from(self.switches.negative_limit.is_some_and(|at| place < at));
+        inputs |= u32::from(self.switches.positive_limit.is_some_and(|at| place >= at)) << 1;
+        let home = self.switches.home;
+        inputs |= u32::from(home.is_some_and(|(from, to)| (from..to).contains(&place))) << 2;
+        inputs ^ self.switches.inverted
+    }
+
+    /// One control period.
+    fn period(&mut self) {
+        let signals = Signals {
+            inputs: self.inputs(),
+            torque_off: self.torque_off,
+            ..Signals::QUIET
+        };
+        let duty = self.drive.control_period(&self.plant.sample(), &signals);
+        self.plant.load(&duty);
+        for _ in 0..self.drive.timing().periods_per_control {
+            self.plant.step();
+        }
+        if let Some((low, high)) = self.stops {
+            let (place, speed) = (self.place(), self.plant.truth().speed_rad_s);
+            // A stiff spring with its own damping, as strong as thirty times the rated torque.
+            let into = (place - place.clamp(low, high)) as f32;
+            let torque = if into == 0.0 {
+                0.0
+            } else {
+                (0.002 * into + 3e-4 * speed).clamp(-0.7, 0.7)
+            };
+            self.plant.set_load_torque_nm(torque);
+        }
+        self.now = self.now.plus_ns(50_000);
+        if self.now >= self.drive.next_deadline() {
+            self.drive.poll(self.now, &mut NoHost);
+        }
+    }
+
+    fn run_ms(&mut self, ms: u32) {
+        for _ in 0..ms * 20 {
+            self.period();
+        }
+    }
+
+    /// The answer to an SDO request.
+    fn ask(&mut self, data: [u8; 8]) -> [u8; 8] {
+        let frame = Frame::classic(0x600 + ID, data, 8);
+        self.drive.receive(&frame, self.now, &mut NoHost);
+        loop {
+            let frame = self.drive.transmit(&mut NoHost).expect("an answer");
+            if frame.raw_id() == u32::from(0x580 + ID) {
+                return frame.bytes();
+            }
+        }
+    }
+
+    fn try_write(&mut self, index: u16, sub: u8, value: i32, bytes: u8) -> Result<(), u32> {
+        let [low, high] = index.to_le_bytes();
+        let [a, b, c, d] = value.to_le_bytes();
+        let mut data = [0; 4];
+        data[..usize::from(bytes)].copy_from_slice(&[a, b, c, d][..usize::from(bytes)]);
+        let [a, b, c, d] = data;
+        let command = 0x23 | (4 - bytes) << 2;
+        let answer = self.ask([command, low, high, sub, a, b, c, d]);
+        match answer {
+            [0x60, ..] => Ok(()),
+            [0x80, _, _, _, abort @ ..] => Err(u32::from_le_bytes(abort)),
+            other => panic!("{other:02X?}"),
+        }
+    }
+
+    #[track_caller]
+    fn write(&mut self, index: u16, sub: u8, value: i32, bytes: u8) {
+        let result = self.try_write(index, sub, value, bytes);
+        assert_eq!(result, Ok(()), "{index:04X},{sub} := {value}");
+    }
+
+    #[track_caller]
+    fn read(&mut self, index: u16, sub: u8) -> i32 {
+        let [low, high] = index.to_le_bytes();
+        let answer = self.ask([0x40, low, high, sub, 0, 0, 0, 0]);
+        let [command, _, _, _, value @ ..] = answer;
+        assert_ne!(command, 0x80, "{index:04X},{sub}: {answer:02X?}");
+        i32::from_le_bytes(value)
+    }
+
+    /// Bits 10, 12 and 13.
+    fn bits(&mut self) -> (bool, bool, bool) {
+        let status = self.read(0x6041, 0);
+        let bit = |n: i32| status >> n & 1 == 1;
+        (bit(10), bit(12), bit(13))
+    }
+
+    /// In operation enabled and mode 6.
+    fn enable(&mut self) {
+        self.write(0x6040, 0, 0x06, 2);
+        self.write(0x6040, 0, 0x0F, 2);
+        self.write(0x6060, 0, 6, 1);
+        assert_eq!(self.read(0x6061, 0), 6);
+        assert_eq!(self.bits(), (true, false, false), "not started");
+    }
+
+    fn start(&mut self, method: i32, offset: i32) {
+        self.write(0x6098, 0, method, 1);
+        self.write(0x607C, 0, offset, 4);
+        self.write(0x6040, 0, 0x0F, 2);
+        self.write(0x6040, 0, 0x1F, 2);
+    }
+
+    /// Until homing has ended; what bits 10, 12, 13 are then.
+    fn finish(&mut self) -> (bool, bool, bool) {
+        for _ in 0..20_000 {
+            self.run_ms(1);
+            let bits = self.bits();
+            if bits.0 {
+                return bits;
+            }
+        }
+        panic!("homing does not end");
+    }
+
+    /// Turns the shaft to a place with the bridge off.
+    fn put(&mut self, place: f64) {
+        let turns = place / COUNTS;
+        let whole = turns.floor();
+        let angle = ((turns - whole) * 4_294_967_296.0) as u32 as i32;
+        // There is no hand: the drive turns it, in profile position mode.
+        let _ = (whole, angle);
+        self.write(0x6060, 0, 1, 1);
+        self.write(0x607A, 0, place as i32, 4);
+        self.write(0x6081, 0, 200_000, 4);
+        self.write(0x6040, 0, 0x2F, 2);
+        self.write(0x6040, 0, 0x3F, 2);
+        for _ in 0..3_000 {
+            self.run_ms(1);
+            if self.bits().0 {
+                break;
+            }
+        }
+        self.run_ms(50);
+        self.write(0x6040, 0, 0x0F, 2);
+        self.write(0x6060, 0, 6, 1);
+        self.run_ms(50);
+    }
+
+    /// The place that has position 0, in counts of the shaft's place.
+    fn zero(&mut self) -> f64 {
+        let position = self.drive.feedback().position;
+        self.place() - f64::from(position)
+    }
+}
+
+/// A rail of ten turns: its switches lie at fractions of counts.
+const RAIL: Switches = Switches {
+    negative_limit: Some(-20_000.4),
+    positive_limit: Some(20_000.6),
+    home: Some((3_000.3, 6_500.7)),
+    inverted: 0,
+};
+
+#[test]
+fn the_faithful_p3_homes_where_it_stands_and_no_other_way() {
+    let mut bench = Bench::new(&P3, RAIL);
+    assert_eq!(bench.read(0x2402, 0) & 0xFF, 0);
+    bench.write(0x6040, 0, 0x06, 2);
+    assert_eq!(bench.try_write(0x6060, 0, 6, 1), Err(0x0800_0022), "P10");
+    bench.enable();
+    for method in [0, 1, 17, 33, 35, 36, 38, -1] {
+        assert_eq!(bench.try_write(0x6098, 0, method, 1), Err(0x0609_0030));
+    }
+    bench.start(37, -12_345);
+    // Before the acknowledge.
+    assert_eq!(bench.bits(), (true, true, false));
+    assert_eq!(bench.read(0x6064, 0), -12_345);
+    assert_eq!(bench.read(0x2402, 0) & 0xFF, 1);
+    bench.run_ms(50);
+    assert_eq!(bench.bits(), (true, true, false));
+    assert!((bench.read(0x6064, 0) + 12_345).abs() <= 1);
+    // Another mode clears the bits (l.474), the flag stays.
+    bench.write(0x6060, 0, 3, 1);
+    bench.run_ms(2);
+    let (_, _, error) = bench.bits();
+    assert!(!error);
+    bench.write(0x6060, 0, 0, 1);
+    assert_eq!(bench.bits(), (false, false, false));
+    assert_eq!(bench.read(0x2402, 0) & 0xFF, 1);
+    // What the switches say has no object in this drive.
+    assert_eq!(bench.read(0x6502, 0) & 0x20, 0x20);
+}
+
+/// Places of the switches' edges, seen from a direction: the first count beyond.
+#[test]
+fn every_method_names_the_place_that_it_promises() {
+    // Method, place of the edge, direction in which it is crossed.
+    let (left, right) = RAIL.home.unwrap();
+    let (low, high) = (RAIL.negative_limit.unwrap(), RAIL.positive_limit.unwrap());
+    let cases = [
+        (1, low, 1.0),
+        (2, high, -1.0),
+        (7, left, -1.0),
+        (8, left, 1.0),
+        (9, right, -1.0),
+        (10, right, 1.0),
+        (11, right, 1.0),
+        (12, right, -1.0),
+        (13, left, 1.0),
+        (14, left, -1.0),
+    ];
+    let mut worst: f64 = 0.0;
+    for (method, edge, direction) in cases {
+        for start in [-8_000.0, 5_000.0, 12_000.0] {
+            for (number, index) in [(method, true), (method + 16, false)] {
+                let mut bench = Bench::new(&P3_EXTENDED, RAIL);
+                bench.enable();
+                bench.put(start);
+                bench.start(number, 70_000);
+                assert_eq!(bench.bits(), (false, false, false));
+                assert_eq!(bench.read(0x2402, 0) & 0xFF, 0);
+                let context = format!("method {number} from {start}");
+                assert_eq!(bench.finish(), (true, true, false), "{context}");
+                assert_eq!(bench.read(0x2402, 0) & 0xFF, 1);
+                let home = bench.zero() + 70_000.0;
+                if index {
+                    // The encoder's own zero: to the count.
+                    let turns = (edge + ENCODER_AT_START) / COUNTS;
+                    let turn = match direction > 0.0 {
+                        true => turns.ceil(),
+                        false => turns.floor(),
+                    };
+                    let off = home - (turn * COUNTS - ENCODER_AT_START);
+                    assert!(off.abs() < 1.5, "{context}: {off}");
+                } else {
+                    // One control period at 20,000 counts/s is a count, and the reading one more.
+                    let off = (home - edge) * direction;
+                    assert!((-1.5..2.5).contains(&off), "{context}: {off}");
+                    worst = worst.max(off.abs());
+                }
+                let speed = bench.plant.truth().speed_rad_s;
+                assert!(speed.abs() < 1.0, "{context}: {speed}");
+                assert_eq!(bench.read(0x2430, 6) & 0xFF, 0);
+            }
+        }
+    }
+    println!("worst edge: {worst:.2} counts off");
+}
+
+#[test]
+fn an_inverted_switch_is_a_switch_all_the_same() {
+    let mut bench = Bench::new(
+        &P3_EXTENDED,
+        Switches {
+            inverted: 0b11,
+            ..RAIL
+        },
+    );
+    bench.run_ms(2);
+    assert_eq!(bench.read(0x60FD, 0), 0b11);
+    bench.write(0x2431, 1, 0b11, 4);
+    bench.run_ms(2);
+    assert_eq!(bench.read(0x60FD, 0), 0);
+    bench.enable();
+    bench.start(17, 0);
+    assert_eq!(bench.finish(), (true, true, false));
+    let off = bench.zero() - RAIL.negative_limit.unwrap();
+    assert!((-1.5..2.5).contains(&off), "{off}");
+}
+
+#[test]
+fn hard_stops_are_pressed_with_the_torque_of_the_object() {
+    for (method, stop, direction) in [(-3, -9_000.0, 1.0), (-4, 7_000.0, -1.0)] {
+        let mut bench = Bench::new(&P3_EXTENDED, Switches::default());
+        bench.stops = Some((-9_000.0, 7_000.0));
+        bench.enable();
+        bench.start(method, 0);
+        let mut greatest = 0;
+        let bits = loop {
+            bench.run_ms(1);
+            greatest = greatest.max((bench.read(0x6077, 0) as i16).abs());
+            let bits = bench.bits();
+            if bits.0 {
+                break bits;
+            }
+        };
+        assert_eq!(bits, (true, true, false), "{}", bench.read(0x2430, 6));
+        // 300 per mille and the ripple of the current.
+        assert!((280..350).contains(&greatest), "{greatest}");
+        // The spring gives way by 3.5 counts under this torque.
+        let off = bench.zero() - stop;
+        assert!(off.abs() < 1.0 + 0.0069 / 0.002, "{off}");
+        let back = (bench.place() - stop) * direction;
+        assert!((190.0..300.0).contains(&back), "{back}");
+        // Nothing presses any more.
+        bench.run_ms(200);
+        let torque = (bench.read(0x6077, 0) as i16).abs();
+        assert!(torque < 30, "{torque}");
+    }
+}
+
+#[test]
+fn a_homing_error_is_a_fault_where_it_is_looked_for() {
+    // No home switch: the positive limit, then the negative one.
+    let switches = Switches { home: None, ..RAIL };
+    for looked_for in [false, true] {
+        let mut bench = Bench::new(&P3_EXTENDED, switches);
+        bench.write(0x2410, 12, i32::from(looked_for), 1);
+        bench.enable();
+        bench.start(23, 0);
+        if looked_for {
+            for _ in 0..20_000 {
+                bench.run_ms(1);
+                if bench.read(0x6041, 0) & 0x4F == 0x08 {
+                    break;
+                }
+            }
+            assert_eq!(bench.read(0x6041, 0) & 0x4F, 0x08);
+            assert_eq!(bench.read(0x603F, 0) & 0xFFFF, 0x8613);
+        } else {
+            assert_eq!(bench.finish(), (true, false, true));
+            assert_eq!(bench.read(0x6041, 0) & 0x6F, 0x27);
+            assert_eq!(bench.read(0x2430, 6) & 0xFF, 4, "the negative limit");
+            assert_eq!(bench.read(0x2402, 0) & 0xFF, 0);
+        }
+    }
+}
+
+#[test]
+fn switches_are_faults_outside_homing_where_they_are_looked_for() {
+    for (sub, switch, code) in [
+        (6, 1 << 1, 0x7380),
+        (7, 1 << 0, 0x7381),
+        (8, HOME_SWITCH, 0x7382),
+    ] {
+        let mut bench = Bench::new(&P3_EXTENDED, Switches::default());
+        bench.enable();
+        bench.extra_inputs = switch;
+        // Not enabled.
+        bench.write(0x6060, 0, 3, 1);
+        bench.run_ms(5);
+        assert_eq!(bench.read(0x6041, 0) & 0x6F, 0x27);
+        // Ignored in idle and homing (l.998).
+        for mode in [0, 6] {
+            bench.write(0x6060, 0, mode, 1);
+            bench.write(0x2410, sub, 1, 1);
+            bench.run_ms(5);
+            assert_eq!(bench.read(0x6041, 0) & 0x6F, 0x27);
+        }
+        bench.write(0x6060, 0, 3, 1);
+        bench.run_ms(2);
+        assert_eq!(bench.read(0x6041, 0) & 0x4F, 0x08);
+        assert_eq!(bench.read(0x603F, 0) & 0xFFFF, code);
+        // It goes with a reset, and comes again only with power and mode.
+        bench.write(0x6040, 0, 0x80, 2);
+        bench.run_ms(5);
+        assert_eq!(bench.read(0x6041, 0) & 0x4F, 0x40);
+        assert_eq!(bench.read(0x603F, 0) & 0xFFFF, 0);
+    }
+}

@@ -1,0 +1,286 @@
+//! The absolute encoder: what it makes of the shaft's angle.
+
+use control::io::Magnet;
+use control::{Mask as _, Real, sin_cos};
+
+use crate::Invalid;
+use crate::noise::Draws;
+
+/// The absolute encoder: a magnet on the rotor's end, glued on at any angle.
+///
+/// The reading, before it is rounded to the nearest count of a turn of N counts, is
+///
+/// zero ± (θ + eccentricity(θ) + noise), θ the shaft's angle `lag_s` ago, plus a magnet's slip,
+///
+/// with eccentricity(θ) = `eccentricity_counts` · sin(θ + `eccentricity_phase_rad`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder {
+    /// Counts of one turn, up to 2²⁰.
+    pub counts_per_turn: u32,
+    /// Reading with the rotor at angle zero, aligned with phase A.
+    pub zero_counts: u32,
+    /// Whether the reading falls when the shaft turns in its positive direction.
+    pub reversed: bool,
+    /// Amplitude of the error that repeats once a turn, because the magnet is not centred over the
+    /// sensor, counts.
+    pub eccentricity_counts: f32,
+    /// Where in the turn that error is: it is greatest a quarter turn less this angle, rad.
+    pub eccentricity_phase_rad: f32,
+    /// Age of a reading when the control loops get it, s, up to 1 ms.
+    pub lag_s: f64,
+    /// Standard deviation of a reading with the magnet at its best distance, counts. It grows as
+    /// the field falls.
+    pub noise_counts: f32,
+    /// Distance of the magnet from the sensor, mm; see [`field_at`].
+    pub magnet_mm: f32,
+    /// Part of the answers whose check sum is wrong, 0 to 1.
+    pub bad_answers: f32,
+}
+
+impl Encoder {
+    /// An encoder without error but rounding, with its magnet at the best distance.
+    pub const fn ideal(counts_per_turn: u32, zero_counts: u32) -> Self {
+        Self {
+            counts_per_turn,
+            zero_counts,
+            reversed: false,
+            eccentricity_counts: 0.0,
+            eccentricity_phase_rad: 0.0,
+            lag_s: 0.0,
+            noise_counts: 0.0,
+            magnet_mm: BEST_MM,
+            bad_answers: 0.0,
+        }
+    }
+
+    /// Whether such an encoder can be.
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        let counts = self.counts_per_turn;
+        if counts == 0 || counts > 1 << 20 {
+            return Err(Invalid::EncoderCounts(counts));
+        }
+        let quarter = 0.25 * f64::from(counts);
+        for (value, least, most) in [
+            (self.eccentricity_counts.into(), -quarter, quarter),
+            (self.eccentricity_phase_rad.into(), -1e4, 1e4),
+            (self.lag_s, 0.0, 1e-3),
+            (self.noise_counts.into(), 0.0, quarter),
+            (self.magnet_mm.into(), 0.0, 1e3),
+            (self.bad_answers.into(), 0.0, 1.0),
+        ] {
+            if !(value >= least && value <= most) {
+                return Err(Invalid::EncoderError(value));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What can be wrong with an encoder beside its accuracy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EncoderFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// It answers, with a right check sum, and always with the same angle.
+    Stuck,
+    /// No answer: the cable is off.
+    NoAnswer,
+    /// Every answer has a wrong bit, and hence a wrong check sum.
+    BadParity,
+}
+
+/// Distance of the magnet, mm, at which its field is 1.
+const BEST_MM: f32 = 1.0;
+/// Depth of the magnet's dipole behind its face, mm: about that of a cylinder 6 mm wide and 2.5 high.
+const DEPTH_MM: f32 = 2.5;
+/// Below this field the encoder warns, and its noise grows by more than the field falls.
+const WEAK: f32 = 0.5;
+/// Above this field the encoder warns.
+const STRONG: f32 = 2.0;
+/// Below this field the encoder finds no angle and says so instead.
+const LEAST: f32 = 0.15;
+/// Counts of noise per turn that a field of half of [`WEAK`] adds.
+const WEAK_NOISE_PART: f32 = 1.0 / 1024.0;
+
+/// Field of the magnet at the sensor, as a part of the field at the best distance: a dipole's,
+/// ((2.5 mm + 1 mm)/(2.5 mm + distance))³. Below ½ (1.91 mm) the magnet is too weak, above 2
+/// (0.28 mm) too strong; below 0.15 (4.09 mm) no angle is found. Figures of ours, in the manner of
+/// a magnetic encoder's sheet (about 70 mT at best, 35 mT at least).
+pub fn field_at(distance_mm: f32) -> f32 {
+    let distance = if distance_mm > 0.0 { distance_mm } else { 0.0 };
+    let ratio = (DEPTH_MM + BEST_MM) / (DEPTH_MM + distance);
+    ratio * ratio * ratio
+}
+
+/// The encoder at work. A batch shares its faults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reader<R: Real> {
+    counts: R,
+    counts_per_turn: R::Count,
+    zero: R::Count,
+    direction: R::Count,
+    /// Any of the effects below; without, a reading is a rounding.
+    effects: bool,
+    eccentricity: R,
+    eccentricity_phase: R::Count,
+    /// Angle counts by which a reading is late for each rad/s.
+    lag: R,
+    noise_counts: R,
+    noise: R,
+    bad_answers: R,
+    field: f32,
+    slip: R::Count,
+    fault: EncoderFault,
+    held: R::Count,
+}
+
+const COUNTS_PER_RAD: f64 = 4_294_967_296.0 / core::f64::consts::TAU;
+
+/// The nearest angle count, 2³² a turn.
+fn angle_count(turns: f32) -> i32 {
+    let turns = if turns.is_finite() { turns } else { 0.0 };
+    let fraction = turns - (turns as i32) as f32;
+    ((f64::from(fraction) * 4_294_967_296.0) as i64) as i32
+}
+
+impl<R: Real> Reader<R> {
+    pub(crate) fn new(encoder: &Encoder) -> Self {
+        let counts = encoder.counts_per_turn.clamp(1, 1 << 20);
+        let phase = encoder.eccentricity_phase_rad / core::f32::consts::TAU;
+        let mut reader = Self {
+            counts: R::splat(counts as f32),
+            counts_per_turn: R::count(counts as i32),
+            zero: R::count((encoder.zero_counts % counts) as i32),
+            direction: R::count(if encoder.reversed { -1 } else { 1 }),
+            effects: false,
+            eccentricity: R::splat(encoder.eccentricity_counts).sane(),
+            eccentricity_phase: R::count(angle_count(phase)),
+            lag: R::splat((encoder.lag_s * COUNTS_PER_RAD) as f32).sane(),
+            noise_counts: R::splat(encoder.noise_counts).sane(),
+            noise: R::splat(0.0),
+            bad_answers: R::splat(encoder.bad_answers),
+            field: 1.0,
+            slip: R::count(0),
+            fault: EncoderFault::None,
+            held: R::count(0),
+        };
+        reader.set_magnet_mm(encoder.magnet_mm);
+        reader
+    }
+
+    pub(crate) fn set_magnet_mm(&mut self, distance_mm: f32) {
+        self.field = field_at(distance_mm);
+        let lack = if self.field < WEAK {
+            WEAK / self.field - 1.0
+        } else {
+            0.0
+        };
+        let weak = self.counts * R::splat(lack * WEAK_NOISE_PART);
+        self.noise = self.noise_counts * R::splat(1.0 / self.field) + weak;
+        self.look_for_effects();
+    }
+
+    pub(crate) fn set_bad_answers(&mut self, part: R) {
+        self.bad_answers = part;
+        self.look_for_effects();
+    }
+
+    pub(crate) fn set_fault(&mut self, fault: EncoderFault, reading: R::Count) {
+        self.fault = fault;
+        self.held = reading;
+        self.look_for_effects();
+    }
+
+    /// Turns the magnet on the shaft, in the shaft's positive direction.
+    pub(crate) fn slip(&mut self, angle: R::Count) {
+        self.slip = R::count_add(self.slip, angle);
+    }
+
+    pub(crate) fn magnet(&self) -> Magnet {
+        if self.field < WEAK {
+            Magnet::TooWeak
+        } else if self.field > STRONG {
+            Magnet::TooStrong
+        } else {
+            Magnet::Good
+        }
+    }
+
+    fn look_for_effects(&mut self) {
+        let zero = R::splat(0.0);
+        let some = |value: R| !value.abs().le(zero);
+        let any = some(self.eccentricity) | some(self.lag) | some(self.noise);
+        let invalid = self.field < LEAST || self.fault != EncoderFault::None;
+        self.effects = invalid | (any | some(self.bad_answers)).any();
+    }
+
+    /// The reading, 0 to counts per turn - 1, and whether it is valid.
+    #[inline(always)]
+    pub(crate) fn read(
+        &self,
+        angle: R::Count,
+        speed_rad_s: R,
+        draws: &mut Draws<R>,
+    ) -> (R::Count, R::Mask) {
+        let angle = R::count_add(angle, self.slip);
+        if self.effects {
+            self.with_effects(angle, speed_rad_s, draws)
+        } else {
+            (self.nearest(angle, R::splat(0.0)), R::Mask::splat(true))
+        }
+    }
+
+    #[inline(never)]
+    fn with_effects(
+        &self,
+        angle: R::Count,
+        speed_rad_s: R,
+        draws: &mut Draws<R>,
+    ) -> (R::Count, R::Mask) {
+        let angle = R::count_sub(angle, (speed_rad_s * self.lag).to_count());
+        let (sine, _) = sin_cos::<R>(R::count_add(angle, self.eccentricity_phase));
+        let error = self.eccentricity * sine + self.noise * draws.normal();
+        let error = error.within(self.counts * R::splat(0.5));
+        let reading = self.nearest(angle, error);
+        let half = R::splat(0.5);
+        let bad = (draws.even() * half + half).lt(self.bad_answers);
+        // One bit more or less.
+        let bit = R::count_sub(
+            R::count(1),
+            R::count_mul(self.lowest_bit(reading), R::count(2)),
+        );
+        let garbled = R::count_add(reading, bit);
+        let beyond = self.counts.le(R::of_count(garbled));
+        let garbled = R::count_select(beyond, R::count(0), garbled);
+        let never = R::Mask::splat(false);
+        match self.fault {
+            EncoderFault::NoAnswer => (R::count(0), never),
+            _ if self.field < LEAST => (R::count(0), never),
+            EncoderFault::BadParity => (garbled, never),
+            EncoderFault::Stuck => (self.held, R::Mask::splat(true)),
+            EncoderFault::None => (R::count_select(bad, garbled, reading), !bad),
+        }
+    }
+
+    #[inline(always)]
+    fn lowest_bit(&self, reading: R::Count) -> R::Count {
+        let half = R::count_shift_right(reading, 1);
+        R::count_sub(reading, R::count_mul(half, R::count(2)))
+    }
+
+    /// The count nearest to an angle, 2³² a turn, and an error, counts.
+    #[inline(always)]
+    fn nearest(&self, angle: R::Count, error: R) -> R::Count {
+        let zero = R::splat(0.0);
+        let counts = R::of_count(angle) * R::splat(1.0 / 4_294_967_296.0) * self.counts + error;
+        // Into 0 to N before rounding, since to_count cuts toward zero.
+        let counts = R::select(counts.lt(zero), counts + self.counts, counts);
+        let nearest = (counts + R::splat(0.5)).to_count();
+        let raw = R::count_add(self.zero, R::count_mul(self.direction, nearest));
+        let below = R::of_count(raw).lt(zero);
+        let raw = R::count_select(below, R::count_add(raw, self.counts_per_turn), raw);
+        let above = self.counts.le(R::of_count(raw));
+        R::count_select(above, R::count_sub(raw, self.counts_per_turn), raw)
+    }
+}
