@@ -93,7 +93,9 @@ impl std::fmt::Display for Notice {
             (Some(Participant::Drive(place)), Some(node)) if Place::of_node(node) == place => {
                 write!(f, "node {node}: ")?;
             }
-            (Some(Participant::Drive(place)), Some(node)) => write!(f, "node {node} (drive {place}): ")?,
+            (Some(Participant::Drive(place)), Some(node)) => {
+                write!(f, "node {node} (drive {place}): ")?
+            }
             (Some(Participant::Drive(place)), None) => {
                 write!(f, "drive {place}, which has no node ID: ")?;
             }
