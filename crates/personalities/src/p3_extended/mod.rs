@@ -8,6 +8,7 @@ mod communication;
 mod faults;
 mod homing;
 mod inputs;
+mod modes;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -22,6 +23,7 @@ const ROWS: &[&[Row]] = &[
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
     axis::ROWS,
+    modes::ROWS,
     homing::ROWS,
     &homing::METHOD_ROWS,
     inputs::ROWS,
@@ -44,9 +46,9 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     ..canopen::Dialect::STANDARD
 };
 
-/// Plain CiA 402, with the P3's modes.
+/// Plain CiA 402, with the P3's modes and more.
 pub const CIA402: cia402::Dialect = cia402::Dialect {
-    modes: p3::axis::MODES,
+    modes: axis::MODES,
     ..cia402::Dialect::STANDARD
 };
 
@@ -78,6 +80,7 @@ pub static P3_EXTENDED: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)),
     presets_position: Some(Address::new(0x6064, 0)),
     inputs: Some(inputs::objects(&OBJECTS_CONST)),
+    termination: OBJECTS_CONST.optional(0x21B2, 0),
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),
