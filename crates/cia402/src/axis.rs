@@ -224,6 +224,22 @@ impl Axis {
         }
     }
 
+    /// The power stage cannot give torque any more (safe torque off): the motor is free at once, and
+    /// switching on is disabled.
+    pub fn torque_off(&mut self) {
+        match self.state {
+            State::ReadyToSwitchOn
+            | State::SwitchedOn
+            | State::OperationEnabled
+            | State::QuickStopActive => {
+                self.leave();
+                self.state = State::SwitchOnDisabled;
+            }
+            State::FaultReactionActive => self.leave(),
+            _ => {}
+        }
+    }
+
     /// While homing runs, positions have no meaning; where it succeeds, they get one.
     fn name_home(&mut self) {
         let Motion::Homing(homing) = &mut self.motion else {
@@ -250,6 +266,11 @@ impl Axis {
             Motion::Homing(homing) => homing.take_trigger(),
             _ => None,
         }
+    }
+
+    /// What the control half shall capture for homing, in mode 6.
+    pub fn trigger(&self) -> Option<Trigger> {
+        self.homing().map(Homing::trigger)
     }
 
     /// Whether homing has been done since the start, and not begun anew without success.
