@@ -10,8 +10,8 @@ use crate::modes::{BUFFER_SIZE, Homing, Inputs, Motion};
 use crate::option_code::{Braking, QuickStopCode};
 use crate::stop::Stop;
 use crate::{
-    Actual, Command, Configuration, Controlword, Demand, Dialect, HomingError, Mode,
-    ModeRefused, ModeSet, Outcome, State, Target, Targets, Trigger,
+    Actual, Command, Configuration, Controlword, Demand, Dialect, HomingError, Mode, ModeRefused,
+    ModeSet, Outcome, State, Target, Targets, Trigger,
 };
 
 /// One drive function.
