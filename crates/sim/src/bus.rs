@@ -10,7 +10,7 @@ use crate::medium::{Counted, Ended, InFlight, Media, Medium, RECOVERY_BITS, Send
 use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
-use crate::scenario::{Runner, Scenario, World};
+use crate::scenario::{Runner, Scenario};
 use crate::wire_act::{ImpossibleAct, WireAct};
 
 /// What a bus is.
@@ -331,31 +331,30 @@ impl Bus {
 
     /// Does what the scenario has for this instant.
     fn play_scenario(&mut self) {
-        let Some(runner) = &mut self.runner else {
+        let Some(mut runner) = self.runner.take() else {
             return;
         };
-        runner.look(&self.drives, self.now);
-        let mut world = World {
-            drives: &mut self.drives,
-            gateway: &mut self.gateway,
-            now: self.now,
-        };
-        let mut has_acted = false;
-        while let Some(doing) = runner.take_due(self.now) {
-            has_acted = true;
-            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
-                at: self.now,
+        let at = self.now;
+        runner.look(&self.drives, at);
+        while let Some(doing) = runner.take_due(at) {
+            let words = doing.perform(self);
+            let notices = words.into_iter().map(|words| Notice {
+                at,
                 place: None,
                 node: None,
                 kind: NoticeKind::Scenario(words),
             });
             self.notices.extend(notices);
-        }
-        if has_acted {
             for (drive, due) in self.drives.iter().zip(&mut self.due) {
                 *due = drive.next_poll();
             }
         }
+        self.runner = Some(runner);
+    }
+
+    /// Keeps SYNC messages of outside programs from the bus, or lets them pass.
+    pub(crate) fn hold_sync(&mut self, held: bool) {
+        self.gateway.hold_sync(held);
     }
 
     /// The wire of that number is free: who gets it?

@@ -19,12 +19,14 @@ pub(super) fn contradictions(events: &[Event], findings: &mut Findings<'_>) {
         };
         for earlier in &events[..n] {
             let meet = match (earlier.target.value, later.target.value) {
-                (Target::One(one), Target::One(other)) => one == other,
-                _ => true,
+                (Target::All, _) | (_, Target::All) => true,
+                (one, other) => one == other,
             };
             if earlier.trigger == Trigger::At(at)
                 && meet
+                && !later.kind.thing.is_empty()
                 && earlier.kind.thing == later.kind.thing
+                && earlier.detail == later.detail
                 && earlier.act != later.act
             {
                 let what = format!(

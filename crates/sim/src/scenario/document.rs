@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::acts::{ACTS, ActKind};
+use super::act_rows::ACTS;
+use super::acts::ActKind;
 use super::conditions::CONDITIONS;
 use super::drives::DRIVE_KEYS;
 use super::event::EVENT_KEYS;

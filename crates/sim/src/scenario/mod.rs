@@ -21,6 +21,7 @@
 //! ([`Scenario::read`], [`Scenario::set_up`]); the [`Runner`] then plays its events inside the
 //! bus's own order of events, so the same seed and scenario give the same trace.
 
+mod act_rows;
 mod acts;
 mod arguments;
 mod check;
@@ -52,13 +53,13 @@ use self::section::{Read, Section};
 use crate::bus::BusSettings;
 use crate::place::Place;
 
-pub use self::acts::{ACTS, ActKind};
+pub use self::act_rows::ACTS;
+pub use self::acts::ActKind;
 pub use self::conditions::CONDITIONS;
 pub use self::document::{acts_document, parameters_document, parameters_template};
 pub use self::drives::DRIVE_KEYS;
 pub use self::event::EVENT_KEYS;
 pub use self::parameters::{PARAMETERS, Parameter};
-pub(crate) use self::perform::World;
 pub use self::problem::{Problem, Problems};
 pub use self::quantity::Quantity;
 pub(crate) use self::runner::Runner;
