@@ -116,6 +116,30 @@ const MISTAKES: &[Case] = &[
     ("[[event]]\nwhen = { frame = { from = \"inside\" } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 'inside' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
     ("[[event]]\nwhen = { frame = { idd = 1 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:20 a frame has no 'idd'"]),
     ("[[event]]\nwhen = { frame = { id = 1 }, drive = 1 }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:38 a frame has no drive"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nbit = 20", &["1:1 flip-bit needs 'frames'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1 }\nbit = 160", &["5:7 a bit is a number from 0 to 159, crc-delimiter, ack-slot, ack-delimiter, eof1 to eof7, or intermission1 to intermission3"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1 }\nbit = \"eof8\"", &["5:7 a bit is a number from 0 to 159, crc-delimiter, ack-slot, ack-delimiter, eof1 to eof7, or intermission1 to intermission3"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1 }\nbit = true", &["5:7 a bit is a number from 0 to 159, crc-delimiter, ack-slot, ack-delimiter, eof1 to eof7, or intermission1 to intermission3"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1 }\nbit = 1\nseen_by = \"everybody\"", &["6:11 'everybody' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1, data = \"00\" }\nbit = 1", &["4:20 'data' has no meaning here"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { id = 1 }\nbit = 1\ncount = 0", &["6:9 this number is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"lose-frames\"\nframes = {}", &["1:1 lose-frames needs 'drive'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"hold-frames\"\ndrive = \"outside\"", &["1:1 hold-frames needs 'for'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = \"outside\"", &["4:9 'outside' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flood\"\nid = 0x20000000\nfor = \"1 s\"", &["4:6 this number is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flood\"\nid = 1\ndata = \"??\"\nfor = \"1 s\"", &["5:8 '??' is no data"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flood\"\nid = 1\ndata = \"000102030405060708\"\nfor = \"1 s\"", &["5:8 '000102030405060708' is no data"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"break-bus\"\nlevel = \"floating\"\nfor = \"1 s\"", &["4:9 'floating' is nothing that 'level' can be"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"short-circuit\"\ndrive = 1\nbetween = \"A-D\"", &["5:11 'A-D' is nothing that 'between' can be"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"open-phase\"\ndrive = 1\nphase = \"a\"", &["5:9 'a' is nothing that 'phase' can be"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"slip-magnet\"\ndrive = 1\nby = \"1 turn\"", &["5:6 1 turns is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"move-magnet\"\ndrive = 1\nto = \"3 V\"", &["5:6 'V' is no unit of a length"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"bad-encoder-answers\"\ndrive = 1\nshare = \"120 %\"", &["5:9 120 % is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"press-switch\"\ndrive = 1\nswitch = \"limit\"", &["5:10 'limit' is nothing that 'switch' can be"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"analog-input\"\ndrive = 1\ninput = \"1\"\nto = \"5 V\"", &["6:6 5 V is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"set-input\"\ndrive = 1\ninput = 5\nlevel = \"high\"", &["5:9 '5' is nothing that 'input' can be"]),
+    ("[drive.1.supply]\nbrake = \"nothing\"", &["2:9 'nothing' is not a resistance"]),
+    ("[drive.1.motor]\nphase_resistance = \"none\"", &["2:20 'none' is not a resistance"]),
 ];
 
 /// Mistakes on a bus with drives 1 and 2, both P3s, in a run of 10 s.
@@ -129,7 +153,15 @@ const NOT_THERE: &[Case] = &[
     ("[drive.1.stored]\n\"0x1234\" = 1", &["2:12 p3 has no object 0x1234"]),
     ("[drive.1.stored]\n\"0x6041\" = 1", &["2:12 0x6041 cannot be stored"]),
     ("[drive.1.stored]\n\"0x6060\" = 300", &["2:12 0x6060 cannot be stored"]),
-    ("[drive.1.motor]\nrotor_inertia = \"0 kg m2\"", &["2:17 no drive can be like this: Inertia(0.0)"]),
+    ("[drive.1.motor]\nrotor_inertia = \"0 kg m2\"", &["2:17 no drive can be like this: rotor and load together need an inertia"]),
+    ("[drive.1.supply]\ncapacitance = \"1 mF\"", &["2:15 no drive can be like this: a capacitance needs a resistance of the supply above 0, and a brake that switches off below where it switches on"]),
+    ("[drive.1.load]\nlowest_stop = \"2 turns\"\nhighest_stop = \"1 turn\"", &["3:16 no drive can be like this: the lowest stop must be below the highest, and the start between them"]),
+    ("[drive.1.inverter]\ndead_time = \"5 us\"", &["2:13 no drive can be like this: the dead time must be below a tenth of the PWM period"]),
+    ("[drive.1.switches]\nhome_from = \"2 turns\"\nhome_to = \"1 turn\"", &["3:11 no drive can be like this: the home switch must begin before it ends"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"press-switch\"\ndrive = 2\nswitch = \"home\"", &["4:9 drive 2 does not have this switch"]),
+    ("[drive.all.switches]\nnegative_limit = \"-1 turn\"\n[[event]]\nat = \"1 s\"\ndo = \"set-input\"\ndrive = 2\ninput = \"negative-limit\"\nlevel = \"high\"", &["6:9 a switch is connected to this input of drive 2"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"lose-frames\"\ndrive = 3\nframes = {}", &["4:9 there is no drive 3 on this bus"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { from = 9 }\nbit = 1\nseen_by = 8", &["4:19 there is no drive 9 on this bus", "6:11 there is no drive 8 on this bus"]),
 ];
 
 fn two_drives() -> BusSettings {
@@ -168,8 +200,7 @@ fn what_these_drives_cannot_do_is_told_before_the_start() {
 
 #[test]
 fn a_message_shows_the_line_and_what_to_do() {
-    let text =
-        "[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\n\tto = \"\u{fc} 20 W\" # oh\n";
+    let text = "[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\n\tto = \"\u{fc} 20 W\" # oh\n";
     let problems = Scenario::read("sag.toml", text).unwrap_err();
     assert_eq!(
         problems.to_string(),

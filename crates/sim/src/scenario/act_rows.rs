@@ -21,32 +21,92 @@ const SWITCH: Argument = required(
     "Which switch; the drive must have it (see `[drive.N.switches]`).",
 );
 const FRAMES: Argument = required("frames", Kind::Frames, "Which frames.");
-const SKIP: Argument = optional("skip", COUNT, "So many of them are left alone first; 0 if it does not say.");
-const COUNT_OF: Argument = optional("count", ONE_OR_MORE, "So many are meant then; 1 if it does not say.");
+const SKIP: Argument = optional(
+    "skip",
+    COUNT,
+    "So many of them are left alone first; 0 if it does not say.",
+);
+const COUNT_OF: Argument = optional(
+    "count",
+    ONE_OR_MORE,
+    "So many are meant then; 1 if it does not say.",
+);
 const SEEN_BY: Argument = optional(
     "seen_by",
     Kind::Participant,
     "Who reads the bit so, sender included; everybody if it does not say.",
 );
-const COUNT: Kind = Kind::Whole { least: 0, most: 1_000_000 };
-const ONE_OR_MORE: Kind = Kind::Whole { least: 1, most: 1_000_000 };
+const COUNT: Kind = Kind::Whole {
+    least: 0,
+    most: 1_000_000,
+};
+const ONE_OR_MORE: Kind = Kind::Whole {
+    least: 1,
+    most: 1_000_000,
+};
 
 /// An act upon a drive.
-const fn of_drive(name: &'static str, what: &'static str, thing: &'static str, lasting: Lasting, arguments: &'static [Argument], build: fn(&Arguments) -> Act) -> ActKind {
-    ActKind { name, what, thing, object: Object::Drive, lasting, arguments, build }
+const fn of_drive(
+    name: &'static str,
+    what: &'static str,
+    thing: &'static str,
+    lasting: Lasting,
+    arguments: &'static [Argument],
+    build: fn(&Arguments) -> Act,
+) -> ActKind {
+    ActKind {
+        name,
+        what,
+        thing,
+        object: Object::Drive,
+        lasting,
+        arguments,
+        build,
+    }
 }
 
 /// An act upon the bus.
-const fn of_bus(name: &'static str, what: &'static str, thing: &'static str, lasting: Lasting, arguments: &'static [Argument], build: fn(&Arguments) -> Act) -> ActKind {
-    ActKind { name, what, thing, object: Object::Bus, lasting, arguments, build }
+const fn of_bus(
+    name: &'static str,
+    what: &'static str,
+    thing: &'static str,
+    lasting: Lasting,
+    arguments: &'static [Argument],
+    build: fn(&Arguments) -> Act,
+) -> ActKind {
+    ActKind {
+        name,
+        what,
+        thing,
+        object: Object::Bus,
+        lasting,
+        arguments,
+        build,
+    }
 }
 
 /// An act upon a drive's connection to the bus, or that of the outside programs.
-const fn of_participant(name: &'static str, what: &'static str, thing: &'static str, lasting: Lasting, arguments: &'static [Argument], build: fn(&Arguments) -> Act) -> ActKind {
-    ActKind { name, what, thing, object: Object::Participant, lasting, arguments, build }
+const fn of_participant(
+    name: &'static str,
+    what: &'static str,
+    thing: &'static str,
+    lasting: Lasting,
+    arguments: &'static [Argument],
+    build: fn(&Arguments) -> Act,
+) -> ActKind {
+    ActKind {
+        name,
+        what,
+        thing,
+        object: Object::Participant,
+        lasting,
+        arguments,
+        build,
+    }
 }
 
 /// All of them.
+#[rustfmt::skip]
 pub const ACTS: &[ActKind] = &[
     of_drive("motor-supply", "Sets the motor supply.", "the motor supply",
         Lasting::Until("restore-motor-supply"), &[VOLTAGE],
@@ -101,6 +161,18 @@ pub const ACTS: &[ActKind] = &[
     of_drive("cool-amplifier", "Sets the temperature of the amplifier to that of the surroundings.",
         "the amplifier's temperature", Lasting::Once, &[],
         |_| Act::AmplifierTemperature(None)),
+    of_drive("heat-motor", "Sets the temperature of the motor, winding and housing; from there it cools down or warms up.",
+        "the motor's temperature", Lasting::Until("cool-motor"), &[TEMPERATURE],
+        |given| Act::MotorTemperature(Some(given.number("to") as f32))),
+    of_drive("cool-motor", "Sets the temperature of the motor to that of the surroundings.",
+        "the motor's temperature", Lasting::Once, &[],
+        |_| Act::MotorTemperature(None)),
+    of_drive("heat-surroundings", "Sets the temperature of the surroundings.",
+        "the surroundings", Lasting::Until("restore-surroundings"), &[TEMPERATURE],
+        |given| Act::Ambient(Some(given.number("to") as f32))),
+    of_drive("restore-surroundings", "Sets it back to what it was at the start.",
+        "the surroundings", Lasting::Once, &[],
+        |_| Act::Ambient(None)),
     of_drive("open-phase", "A wire of the motor breaks.", "the phase's wire",
         Lasting::Until("close-phase"), &[PHASE],
         |given| Act::OpenPhase(phase(given), true)),
@@ -183,8 +255,8 @@ pub const ACTS: &[ActKind] = &[
         }),
     of_drive("cut-power-in-save", "Lets the logic supply fail for a moment in the middle of the next save.",
         "", Lasting::Once,
-        &[required("after", COUNT, "So many bytes are written and sectors erased before.")],
-        |given| Act::CutSave(given.number("after") as u64)),
+        &[required("steps", COUNT, "So many bytes are written and sectors erased before.")],
+        |given| Act::CutSave(given.number("steps") as u64)),
     of_bus("stop-sync", "SYNC messages (0x080) of outside programs do not get onto the bus any more.",
         "SYNC", Lasting::Until("resume-sync"), &[],
         |_| Act::HoldSync(true)),

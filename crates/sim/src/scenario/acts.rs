@@ -131,12 +131,17 @@ pub(super) fn find(name: &str) -> Option<&'static ActKind> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::EVENT_KEYS;
 
     #[test]
     fn names_are_unique_and_undone_by_acts_upon_the_same_thing() {
         for (n, kind) in ACTS.iter().enumerate() {
             assert!(ACTS[..n].iter().all(|other| other.name != kind.name));
             assert!(kind.what.ends_with('.'), "{}", kind.name);
+            for argument in kind.arguments {
+                let of_event = EVENT_KEYS.iter().any(|(key, ..)| *key == argument.key());
+                assert!(!of_event, "{} {}", kind.name, argument.key());
+            }
             if let Lasting::Until(undo) = kind.lasting {
                 let undo = find(undo).unwrap_or_else(|| panic!("{}", kind.name));
                 assert_eq!(undo.thing, kind.thing);

@@ -216,7 +216,9 @@ impl Arguments {
 
     /// Which of several things of one kind it is about: a phase, a switch, an input.
     pub(super) fn detail(&self) -> String {
-        ["phase", "switch", "input"].map(|key| self.word(key)).concat()
+        ["phase", "switch", "input"]
+            .map(|key| self.word(key))
+            .concat()
     }
 
     /// Data bytes.

@@ -4,7 +4,7 @@ use canopen::nmt::NmtState;
 use cia402::State;
 
 use super::frames::{FramePattern, place};
-use super::problem::{Findings, any_of};
+use super::problem::Findings;
 use super::quantity::Quantity;
 use super::section::{Read, Section, Value};
 use crate::drive::VirtualDrive;

@@ -7,7 +7,7 @@ use super::acts::ActKind;
 use super::conditions::CONDITIONS;
 use super::drives::DRIVE_KEYS;
 use super::event::EVENT_KEYS;
-use super::parameters::PARAMETERS;
+use super::parameter_rows::PARAMETERS;
 use super::{GLOBAL_KEYS, quantity::Quantity};
 
 fn rows(text: &mut String, header: [&str; 3], rows: &[(&str, &str, &str)]) {

@@ -198,9 +198,7 @@ impl Draft {
         }
         let (kind, target, arguments) = (kind?, target?, arguments?);
         let undo = match (kind.lasting, &lasts) {
-            (Lasting::Until(undo), Some(_)) => {
-                find(undo).map(|undo| (undo.build)(&arguments))
-            }
+            (Lasting::Until(undo), Some(_)) => find(undo).map(|undo| (undo.build)(&arguments)),
             _ => None,
         };
         let event = Event {

@@ -37,10 +37,12 @@ impl FramePattern {
         let id = section.whole("id", 0..=0x1FFF_FFFF, findings);
         let extended = section.flag("extended", findings);
         let mask = section.whole("mask", 0..=0x1FFF_FFFF, findings);
-        let data = section.text("data", DATA_FORM, findings);
-        let from = section
-            .take("from")
-            .and_then(|value| origin(value, findings));
+        let data = match has_data {
+            true => section.text("data", DATA_FORM, findings),
+            false => None,
+        };
+        let from = section.take("from");
+        let from = from.and_then(|value| participant(value, findings));
         if let (Some(mask), None) = (&mask, &id) {
             findings.push(
                 &mask.span,

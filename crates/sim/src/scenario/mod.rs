@@ -30,6 +30,7 @@ mod document;
 mod drives;
 mod event;
 mod frames;
+mod parameter_rows;
 mod parameters;
 mod perform;
 mod problem;
@@ -59,7 +60,8 @@ pub use self::conditions::CONDITIONS;
 pub use self::document::{acts_document, parameters_document, parameters_template};
 pub use self::drives::DRIVE_KEYS;
 pub use self::event::EVENT_KEYS;
-pub use self::parameters::{PARAMETERS, Parameter};
+pub use self::parameter_rows::PARAMETERS;
+pub use self::parameters::Parameter;
 pub use self::problem::{Problem, Problems};
 pub use self::quantity::Quantity;
 pub(crate) use self::runner::Runner;
@@ -206,6 +208,7 @@ impl Scenario {
             for drive in &mut settings.drives {
                 check::world(self, drive, settings.seed, &mut findings);
             }
+            check::boards(self, &settings.drives, &mut findings);
         }
         settings.scenario = Some(self.clone());
         findings.finish(())

@@ -156,7 +156,10 @@ impl Act {
                 drive.cut_power_in_save(after, now.0);
                 format!("power of {of} fails {after} steps into the next save")
             }
-            _ => self.upon_world(drive.plant(), drive.made(), &of),
+            _ => {
+                let made = *drive.made();
+                self.upon_world(drive.plant(), &made, &of)
+            }
         }
     }
 
@@ -167,12 +170,18 @@ impl Act {
             Act::MotorSupply(volts) => {
                 let volts = volts.unwrap_or(made.supply_v);
                 plant.set_supply_v(volts);
-                format!("motor supply of {of} to {}", shown(Quantity::Voltage, volts))
+                format!(
+                    "motor supply of {of} to {}",
+                    shown(Quantity::Voltage, volts)
+                )
             }
             Act::LogicSupply(volts) => {
                 let volts = volts.unwrap_or(made.logic.supply_v);
                 plant.set_logic_supply_v(volts);
-                format!("logic supply of {of} to {}", shown(Quantity::Voltage, volts))
+                format!(
+                    "logic supply of {of} to {}",
+                    shown(Quantity::Voltage, volts)
+                )
             }
             Act::Block(blocked) => {
                 plant.set_blocked(blocked);
@@ -200,12 +209,18 @@ impl Act {
                     viscous_friction_nms: viscous.unwrap_or(made.load.viscous_friction_nms),
                     ..plant.parameters().load
                 });
-                format!("load friction of {of} to {}", Quantity::Torque.format(coulomb))
+                format!(
+                    "load friction of {of} to {}",
+                    Quantity::Torque.format(coulomb)
+                )
             }
             Act::AmplifierTemperature(celsius) => {
                 let celsius = celsius.unwrap_or(made.ambient_c);
                 plant.set_amplifier_temperature_c(celsius);
-                format!("amplifier of {of} at {}", shown(Quantity::Temperature, celsius))
+                format!(
+                    "amplifier of {of} at {}",
+                    shown(Quantity::Temperature, celsius)
+                )
             }
             Act::MotorTemperature(celsius) => {
                 let celsius = celsius.unwrap_or(made.ambient_c);
@@ -279,7 +294,10 @@ impl Act {
                 format!("input {bit} of {of} {level}")
             }
             Act::Analog(number, volts) => {
-                let mut all = plant.signals().auxiliary_adc.map(|adc| adc * (3.3 / 4095.0));
+                let mut all = plant
+                    .signals()
+                    .auxiliary_adc
+                    .map(|adc| adc * (3.3 / 4095.0));
                 if let Some(voltage) = all.get_mut(number) {
                     *voltage = volts;
                 }
