@@ -200,7 +200,8 @@ fn what_these_drives_cannot_do_is_told_before_the_start() {
 
 #[test]
 fn a_message_shows_the_line_and_what_to_do() {
-    let text = "[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\n\tto = \"\u{fc} 20 W\" # oh\n";
+    let text =
+        "[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\n\tto = \"\u{fc} 20 W\" # oh\n";
     let problems = Scenario::read("sag.toml", text).unwrap_err();
     assert_eq!(
         problems.to_string(),
