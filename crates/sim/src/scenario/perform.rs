@@ -31,7 +31,7 @@ impl Doing {
             if let Some((act, what)) = self.upon_participant(who) {
                 let of = named(bus, who);
                 words.push(told(format!("{of} {what}")));
-                obey(bus, act);
+                bus.act_now(act);
             } else if let Participant::Drive(place) = who
                 && let Some(drive) = bus.drive_at(place)
             {
@@ -52,18 +52,15 @@ impl Doing {
                 }
             }
             Act::Wire(act) => {
-                obey(bus, *act);
+                bus.act_now(*act);
                 act.to_string()
             }
             Act::Flood { frame, every_ns } => {
-                obey(
-                    bus,
-                    WireAct::Flood {
-                        frame: *frame,
-                        every_ns: *every_ns,
-                        for_ns,
-                    },
-                );
+                bus.act_now(WireAct::Flood {
+                    frame: *frame,
+                    every_ns: *every_ns,
+                    for_ns,
+                });
                 let period = match every_ns {
                     0 => "back to back".to_owned(),
                     _ => format!("every {}", time(*every_ns)),
@@ -72,7 +69,7 @@ impl Doing {
             }
             Act::Break(fault) => {
                 let fault = *fault;
-                obey(bus, WireAct::Break { fault, for_ns });
+                bus.act_now(WireAct::Break { fault, for_ns });
                 let level = match fault {
                     WireFault::Recessive => "recessive",
                     WireFault::Dominant => "dominant",
@@ -104,12 +101,6 @@ impl Doing {
             _ => return None,
         })
     }
-}
-
-/// The drives that an act names were checked before the start.
-fn obey(bus: &mut Bus, act: WireAct) {
-    let done = bus.act(act);
-    debug_assert!(done.is_ok(), "{done:?}");
 }
 
 fn named(bus: &Bus, who: Participant) -> String {
