@@ -147,6 +147,12 @@ pub enum Invalid {
     Friction(f64),
     /// `start_turns` is beyond 2³⁰ turns.
     Start(f64),
+    /// A figure of `motor.cogging` is negative, infinite or undefined, or it has no periods.
+    Cogging(f64),
+    /// A figure of `load.coupling` is negative or undefined, or its stiffness zero.
+    Coupling(f64),
+    /// A figure of `load.pendulum` is infinite or undefined.
+    Pendulum(f64),
     /// `load.stops` are not apart, or `start_turns` is not between them. Carries the stops, turns.
     Stops(f64, f64),
     /// A switch ends before it begins, or its hysteresis or bounce is negative or beyond reason.
@@ -221,6 +227,7 @@ impl Parameters {
         if !(-MAX_TURNS..=MAX_TURNS).contains(&self.start_turns) {
             return Err(Invalid::Start(self.start_turns));
         }
+        motor.cogging.check()?;
         load.check(self.start_turns)?;
         self.switches.check()?;
         if let Some(thermal) = &self.thermal {

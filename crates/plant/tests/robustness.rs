@@ -2,7 +2,8 @@
 
 use control::io::Duty;
 use plant::{
-    EncoderFault, FULL_P3, Link, Parameters, Phase, Plant, Short, Stops, Switch, SwitchName,
+    Cogging, Coupling, EncoderFault, FULL_P3, Link, Parameters, Pendulum, Phase, Plant, Short,
+    Stops, Switch, SwitchName,
 };
 
 /// A small generator of our own (xorshift), for repeatable nonsense.
@@ -46,9 +47,24 @@ impl Nonsense {
 
 /// A P3 with all that may hang on it.
 fn everything() -> Parameters {
-    let mut parameters = Parameters::default();
+    let mut parameters = FULL_P3;
     parameters.load.inertia_kgm2 = 1e-6;
+    parameters.load.coulomb_friction_nm = 1e-4;
     parameters.load.stops = Some(Stops::between(-3.0, 2.0));
+    parameters.load.coupling = Some(Coupling {
+        stiffness_nm_per_rad: 1.0,
+        damping_nms: 1e-5,
+        backlash_rad: 0.01,
+    });
+    parameters.load.pendulum = Some(Pendulum {
+        torque_nm: 1e-3,
+        hanging_turns: 0.3,
+    });
+    parameters.motor.cogging = Cogging {
+        torque_nm: 1e-3,
+        periods_per_turn: 12,
+        rest_turns: 0.01,
+    };
     let mut home = Switch::between(0.0, 0.25);
     home.bounce_s = 1e-3;
     home.hysteresis_turns = 0.01;
@@ -71,7 +87,9 @@ fn assert_sane(plant: &mut Plant<f32>) {
     let numbers = [truth.phase_current_a, truth.phase_emf_v]
         .concat()
         .into_iter()
-        .chain([truth.speed_rad_s, truth.torque_nm, truth.bus_voltage_v]);
+        .chain([truth.speed_rad_s, truth.torque_nm, truth.bus_voltage_v])
+        .chain([truth.load_speed_rad_s])
+        .chain([truth.winding_c, truth.housing_c, truth.amplifier_c]);
     for number in numbers {
         assert!(number.is_finite(), "{truth:?}");
     }
