@@ -1,0 +1,182 @@
+//! Motion: tracking, limits, soft stops, switches, the end of the position's range.
+
+use super::*;
+
+/// The shaft is blocked, and a demand far away.
+fn block(master: &mut Master) {
+    master.drive(1).plant().set_blocked(true);
+}
+
+fn free(master: &mut Master) {
+    master.drive(1).plant().set_blocked(false);
+}
+
+/// A velocity of 20,000 counts/s that a blocked shaft cannot have.
+fn turn_blocked(master: &mut Master) {
+    block(master);
+    if master.state(1) == OPERATION_ENABLED {
+        master.write(1, 0x6060, 0, &[3]);
+    }
+    master.write_i32(1, 0x60FF, 0, 20_000);
+}
+
+fn let_turn(master: &mut Master) {
+    free(master);
+    master.write_i32(1, 0x60FF, 0, 0);
+}
+
+/// A target 3,000 counts away that a blocked shaft does not reach.
+fn go_blocked(master: &mut Master) {
+    block(master);
+    if master.state(1) != OPERATION_ENABLED {
+        return;
+    }
+    master.write(1, 0x6060, 0, &[1]);
+    let target = master.position(1) + 3_000;
+    master.write_i32(1, 0x607A, 0, target);
+    master.write_u16(1, 0x6040, 0, 0x1F);
+    master.write_u16(1, 0x6040, 0, 0x0F);
+}
+
+fn tracking(master: &mut Master, windows: [(u16, u32); 2], mode: u8) {
+    for (index, value) in windows {
+        let is_long = matches!(index, 0x6065 | 0x2120);
+        match is_long {
+            true => master.write_i32(1, index, 0, value as i32),
+            false => master.write_u16(1, index, 0, value as u16),
+        }
+    }
+    enable(master, mode);
+}
+
+pub(super) const ROWS: &[Row] = &[
+    Row {
+        cause: Cause::VelocityTrackingFault,
+        prepare: |master| tracking(master, [(0x2104, 10_000), (0x2105, 50)], 3),
+        disable: Some(|master| tracking(master, [(0x2104, 0), (0x2105, 50)], 3)),
+        provoke: turn_blocked,
+        cease: let_turn,
+        within_ms: (50.0, 75.0),
+        is_event: true,
+    },
+    Row {
+        cause: Cause::PositionTrackingWarning,
+        prepare: |master| tracking(master, [(0x6065, 200), (0x6066, 50)], 1),
+        disable: Some(|master| tracking(master, [(0x6065, 0), (0x6066, 50)], 1)),
+        provoke: go_blocked,
+        cease: free,
+        within_ms: (50.0, 100.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::PositionTrackingFault,
+        prepare: |master| tracking(master, [(0x2120, 500), (0x2121, 50)], 1),
+        disable: Some(|master| tracking(master, [(0x2120, 0), (0x2121, 50)], 1)),
+        provoke: go_blocked,
+        cease: free,
+        within_ms: (50.0, 120.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::VelocityLimit,
+        prepare: |master| {
+            master.write_i32(1, 0x6046, 1, 30_000);
+            enable(master, 3);
+        },
+        disable: Some(|master| {
+            master.write_i32(1, 0x6046, 1, 0);
+            enable(master, 3);
+        }),
+        provoke: |master| master.write_i32(1, 0x60FF, 0, 40_000),
+        cease: |master| master.write_i32(1, 0x60FF, 0, 10_000),
+        within_ms: (5.0, 60.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::AccelerationLimit,
+        prepare: |master| {
+            master.write_i32(1, 0x60C5, 0, 50_000);
+            enable(master, 3);
+        },
+        disable: Some(|master| {
+            master.write_i32(1, 0x60C5, 0, 0);
+            master.write_i32(1, 0x60C6, 0, 0);
+            enable(master, 3);
+        }),
+        provoke: |master| master.write_i32(1, 0x60FF, 0, 40_000),
+        cease: |master| master.write_i32(1, 0x60FF, 0, 1_000),
+        within_ms: (0.0, 20.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::PositiveSoftStop,
+        prepare: |master| soft_stops(master, 9, 1),
+        disable: Some(|master| soft_stops(master, 9, 0)),
+        provoke: |master| go(master, 50_000),
+        cease: |master| go(master, 0),
+        within_ms: (0.0, 20.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::NegativeSoftStop,
+        prepare: |master| soft_stops(master, 10, 1),
+        disable: Some(|master| soft_stops(master, 10, 0)),
+        provoke: |master| go(master, -50_000),
+        cease: |master| go(master, 0),
+        within_ms: (0.0, 20.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::PositionWrapped,
+        prepare: |master| wrap(master, 1),
+        disable: Some(|master| wrap(master, 0)),
+        provoke: |master| {
+            if master.state(1) == OPERATION_ENABLED {
+                master.write_i32(1, 0x60FF, 0, 50_000);
+            }
+        },
+        cease: nothing,
+        within_ms: (50.0, 200.0),
+        is_event: true,
+    },
+    Row {
+        cause: Cause::VelocityTrackingWarning,
+        prepare: |master| tracking(master, [(0x606D, 2_000), (0x606E, 50)], 3),
+        disable: Some(|master| tracking(master, [(0x606D, 0), (0x606E, 50)], 3)),
+        provoke: turn_blocked,
+        cease: let_turn,
+        within_ms: (50.0, 75.0),
+        is_event: false,
+    },
+];
+
+fn soft_stops(master: &mut Master, switch: u8, on: u8) {
+    master.write(1, 0x2410, switch, &[on]);
+    master.write_i32(1, 0x6064, 0, 0);
+    master.write_i32(1, 0x607D, 1, -20_000);
+    master.write_i32(1, 0x607D, 2, 20_000);
+    enable(master, 1);
+}
+
+fn go(master: &mut Master, target: i32) {
+    master.write_i32(1, 0x607A, 0, target);
+    master.write_u16(1, 0x6040, 0, 0x3F);
+    master.write_u16(1, 0x6040, 0, 0x2F);
+}
+
+/// Near the end of the 32 bits.
+fn wrap(master: &mut Master, on: u8) {
+    master.write(1, 0x2410, 11, &[on]);
+    master.write_i32(1, 0x6064, 0, i32::MAX - 5_000);
+    enable(master, 3);
+}
+
+#[test]
+fn p3() {
+    prove_all(&P3, ROWS);
+}
+
+#[test]
+fn p3_extended() {
+    prove_all(&P3_EXTENDED, ROWS);
+}
