@@ -9,6 +9,7 @@ pub(crate) mod play;
 pub(crate) mod program;
 pub(crate) mod replay;
 pub(crate) mod scan;
+pub(crate) mod scenario;
 pub(crate) mod sdo;
 pub(crate) mod sim;
 mod stop;

@@ -12,6 +12,7 @@ mod object_address;
 mod output;
 mod plant_bench;
 mod record_file;
+mod scenario_file;
 mod time_span;
 mod wire;
 
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{eds, lss, monitor, nmt, od, play, program, replay, scan, sdo, sim};
+use commands::{eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim};
 pub(crate) use failure::Failure;
 
 /// Virtual CiA 402 servo drives on a CAN bus, and a tool to find, read, operate and test such drives.
@@ -58,6 +59,7 @@ enum Command {
     Eds(eds::Arguments),
     Play(play::Arguments),
     Program(program::Arguments),
+    Scenario(scenario::Arguments),
     Demo(demo::Arguments),
 }
 
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Eds(arguments) => eds::run(arguments),
         Command::Play(arguments) => play::run(arguments),
         Command::Program(arguments) => program::run(arguments),
+        Command::Scenario(arguments) => scenario::run(arguments),
         Command::Demo(arguments) => demo::run(arguments),
     };
     result.unwrap_or_else(|failure| failure.report())

@@ -227,7 +227,8 @@ impl<R: Real> Plant<R> {
         }
         if (!enabled).any() {
             let threshold = self.supply.diode_threshold_v() * gain;
-            let open = self.wiring.conduct(shorted, threshold);
+            let drop = self.supply.diode_drops_v() * R::splat(0.5) * gain;
+            let open = self.wiring.conduct(shorted, threshold, drop);
             next = Pulled::select(enabled, next, open);
         }
         if !is_sound {

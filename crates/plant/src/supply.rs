@@ -181,7 +181,7 @@ impl<R: Real> Supply<R> {
 
     /// Takes over a link, or another PWM period. The bus keeps its voltage.
     pub(crate) fn set_link(&mut self, link: &Link, period_s: f64) {
-        self.is_ideal = !(link.capacitance_f > 0.0);
+        self.is_ideal = link.capacitance_f.is_nan() || link.capacitance_f <= 0.0;
         self.has_brake = link.brake_ohm < f64::INFINITY;
         if !self.is_ideal {
             let stretch = |conducting, braking| Stretch::new(link, period_s, conducting, braking);
@@ -316,6 +316,7 @@ impl LogicSupply {
 mod tests {
     extern crate std;
     use super::{Link, LogicSupply, Supply};
+    use control::Real;
 
     const H: f64 = 10e-6;
 
@@ -402,8 +403,8 @@ mod tests {
             supply.end_period(-3.0);
             let bus = supply.voltage_v();
             if n > 500 {
-                highest = highest.max(bus);
-                lowest_after = lowest_after.min(bus);
+                highest = highest.greatest(bus);
+                lowest_after = lowest_after.least(bus);
             }
             let on = supply.brake_current_a() > 0.0;
             switched += u32::from(on != was_on);

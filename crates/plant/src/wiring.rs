@@ -192,13 +192,25 @@ impl Wiring {
         }
     }
 
-    /// As [`crate::diodes::conduct`], with the short circuit.
+    /// As [`crate::diodes::conduct`], with the short circuit; `drop_current` is what one diode drop of
+    /// `bus_current` makes, A.
     #[inline]
-    pub(crate) fn conduct<R: Real>(&self, shorted: Vector<R>, bus_current: R) -> Pulled<R> {
+    pub(crate) fn conduct<R: Real>(
+        &self,
+        shorted: Vector<R>,
+        bus_current: R,
+        drop_current: R,
+    ) -> Pulled<R> {
         let zero = R::splat(0.0);
-        let half = R::splat(0.5);
+        let tied = Pull {
+            down: zero,
+            up: zero,
+        };
+        // Against the rail that a phase is tied to, a diode there puts its drop against a current,
+        // and one to the other rail the whole bus. What flows in the tied phase is counted as the
+        // diodes of that rail would be: `taken` is then a measure of the bus current.
         match self.short {
-            None => crate::diodes::pulled(shorted, bus_current * half),
+            None => crate::diodes::pulled(shorted, bus_current * R::splat(0.5)),
             // The two tied phases are one leg of half the impedance; what goes round between them
             // sees no bus.
             Some(Short::BesidePhase(phase)) => {
@@ -211,29 +223,25 @@ impl Wiring {
                     taken,
                 }
             }
-            // Against the rail that the phase hangs on, a diode to it puts nothing against a
-            // current, and one to the other rail the whole bus.
             Some(Short::ToNegative(phase)) => {
-                let tied = Pull {
-                    down: zero,
-                    up: zero,
-                };
                 let free = Pull {
-                    down: zero,
-                    up: bus_current,
+                    down: drop_current,
+                    up: bus_current - drop_current,
                 };
-                pulled_unequally(shorted, phase.back([tied, free, free]))
+                let pulled = pulled_unequally(shorted, phase.back([tied, free, free]));
+                let [_, next, last] = phase.first(pulled.taken);
+                let taken = phase.back([drop_current, next, last]);
+                Pulled { taken, ..pulled }
             }
             Some(Short::ToPositive(phase)) => {
-                let tied = Pull {
-                    down: zero,
-                    up: zero,
-                };
                 let free = Pull {
-                    down: bus_current,
-                    up: zero,
+                    down: bus_current - drop_current,
+                    up: drop_current,
                 };
-                pulled_unequally(shorted, phase.back([tied, free, free]))
+                let pulled = pulled_unequally(shorted, phase.back([tied, free, free]));
+                let [_, next, last] = phase.first(pulled.taken);
+                let taken = phase.back([-drop_current, next, last]);
+                Pulled { taken, ..pulled }
             }
         }
     }
@@ -311,14 +319,14 @@ mod tests {
             let mut wiring = Wiring::default();
             wiring.set_short(Some(Short::BesidePhase(phase)));
             let before = Vector::of_phases(phase.back([2.0_f32, -0.5, -1.5]));
-            let got = wiring.conduct(before, 0.6);
+            let got = wiring.conduct(before, 0.6, 0.0);
             let [own, next, last] = phase.first(got.current.phases());
             // Two thirds of the bus against the single phase, one against the two.
             assert!((own - 1.6).abs() < 1e-6);
             assert!((next + 0.3).abs() < 1e-6 && (last + 1.3).abs() < 1e-6);
             // What circulates between the two goes on when the rest has ended.
             let before = Vector::of_phases(phase.back([0.1_f32, 0.7, -0.8]));
-            let [own, next, last] = phase.first(wiring.conduct(before, 0.6).current.phases());
+            let [own, next, last] = phase.first(wiring.conduct(before, 0.6, 0.0).current.phases());
             assert!(own.abs() < 1e-6 && (next - 0.75).abs() < 1e-6 && (last + 0.75).abs() < 1e-6);
         }
     }
@@ -330,17 +338,17 @@ mod tests {
             // Out of the tied phase to the negative rail, and back through the lower diodes.
             wiring.set_short(Some(Short::ToNegative(phase)));
             let out = Vector::of_phases(phase.back([-1.0_f32, 0.6, 0.4]));
-            let after = wiring.conduct(out, 0.5).current;
+            let after = wiring.conduct(out, 0.5, 0.0).current;
             assert!((after.alpha - out.alpha).abs() < 1e-6 && (after.beta - out.beta).abs() < 1e-6);
             // Into it: the others give to the positive rail, against two thirds of the bus.
             let into = Vector::of_phases(phase.back([1.0_f32, -0.5, -0.5]));
-            let [own, _, _] = phase.first(wiring.conduct(into, 0.6).current.phases());
+            let [own, _, _] = phase.first(wiring.conduct(into, 0.6, 0.0).current.phases());
             assert!((own - 0.6).abs() < 1e-6, "{own}");
-            let [own, next, last] = phase.first(wiring.conduct(into, 1e9).current.phases());
+            let [own, next, last] = phase.first(wiring.conduct(into, 1e9, 0.0).current.phases());
             assert!(own.abs() + next.abs() + last.abs() < 1e-5);
             // The positive rail mirrors it.
             wiring.set_short(Some(Short::ToPositive(phase)));
-            let after = wiring.conduct(into, 0.5).current;
+            let after = wiring.conduct(into, 0.5, 0.0).current;
             assert!((after.alpha - into.alpha).abs() < 1e-6);
         }
     }

@@ -7,9 +7,10 @@ use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
 use crate::medium::{Counted, Ended, InFlight, Media, Medium, RECOVERY_BITS, Sender, Traffic};
-use crate::notice::{Notice, NoticeKind};
+use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::scenario::{Runner, Scenario, World};
 use crate::wire_act::{ImpossibleAct, WireAct};
 
 /// What a bus is.
@@ -23,6 +24,8 @@ pub struct BusSettings {
     pub disturbance: Disturbance,
     /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
+    /// What happens to them, if anything: [`Scenario::set_up`] puts it here.
+    pub scenario: Option<Scenario>,
 }
 
 impl BusSettings {
@@ -33,6 +36,7 @@ impl BusSettings {
             bit_rate: BitRate::Mbit1,
             disturbance: Disturbance::default(),
             drives,
+            scenario: None,
         }
     }
 }
@@ -54,6 +58,7 @@ pub struct Bus {
     probe: Option<(u64, Instant)>,
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
+    runner: Option<Runner>,
     /// Acts that are not over.
     acts: Vec<WireAct>,
 }
@@ -81,6 +86,7 @@ impl Bus {
             probe: None,
             samples: Vec::new(),
             contenders: Vec::new(),
+            runner: settings.scenario.as_ref().map(Runner::new),
             acts: Vec::new(),
         }
     }
@@ -192,6 +198,11 @@ impl Bus {
         std::mem::take(&mut self.notices)
     }
 
+    /// Both, in the order in which they happened.
+    pub fn take_happenings(&mut self) -> Vec<Happening> {
+        Happening::merge(self.take_traffic(), self.take_notices())
+    }
+
     /// Samples every drive's plant each `every_ns` from now on.
     pub fn probe_every(&mut self, every_ns: u64) {
         self.probe = Some((every_ns.max(1), self.now));
@@ -222,6 +233,11 @@ impl Bus {
         }
         if let Some((_, at)) = self.probe {
             next = next.min(at);
+        }
+        if let Some(runner) = &self.runner {
+            next = next
+                .min(runner.next_due())
+                .min(runner.next_look(&self.drives));
         }
         next
     }
@@ -268,6 +284,7 @@ impl Bus {
                 self.deliver(&ended);
             }
         }
+        self.play_scenario();
         // Polls.
         let notices = &mut self.notices;
         for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
@@ -276,7 +293,7 @@ impl Bus {
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
                         at: now,
-                        place,
+                        place: Some(place),
                         node,
                         kind,
                     });
@@ -286,7 +303,7 @@ impl Bus {
                 if booted && !drive.is_booting() && own != common {
                     notices.push(Notice {
                         at: now,
-                        place,
+                        place: Some(place),
                         node: drive.node(),
                         kind: NoticeKind::OtherBitRate {
                             drive: own,
@@ -303,10 +320,40 @@ impl Bus {
                 }
             }
         }
+        self.play_scenario();
         // Arbitration.
         for n in 0..self.media.count() {
             if self.media.nth(n).is_idle(now) {
                 self.arbitrate(n);
+            }
+        }
+    }
+
+    /// Does what the scenario has for this instant.
+    fn play_scenario(&mut self) {
+        let Some(runner) = &mut self.runner else {
+            return;
+        };
+        runner.look(&self.drives, self.now);
+        let mut world = World {
+            drives: &mut self.drives,
+            gateway: &mut self.gateway,
+            now: self.now,
+        };
+        let mut has_acted = false;
+        while let Some(doing) = runner.take_due(self.now) {
+            has_acted = true;
+            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
+                at: self.now,
+                place: None,
+                node: None,
+                kind: NoticeKind::Scenario(words),
+            });
+            self.notices.extend(notices);
+        }
+        if has_acted {
+            for (drive, due) in self.drives.iter().zip(&mut self.due) {
+                *due = drive.next_poll();
             }
         }
     }
@@ -349,6 +396,9 @@ impl Bus {
         let hearers = all.filter(|(drive, _)| follow(drive));
         match &ended.what {
             InFlight::Frame { frame, senders } => {
+                if let Some(runner) = &mut self.runner {
+                    runner.see(frame, senders, now);
+                }
                 for (drive, due) in hearers {
                     if senders.contains(&Sender::Drive(drive.place())) {
                         drive.errors.transmitted();
@@ -393,7 +443,7 @@ impl Bus {
                         drive.controller.clear();
                         self.notices.push(Notice {
                             at: now,
-                            place: drive.place(),
+                            place: Some(drive.place()),
                             node: drive.node(),
                             kind: NoticeKind::BusOff,
                         });

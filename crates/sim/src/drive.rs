@@ -195,6 +195,11 @@ impl VirtualDrive {
         &mut self.plant
     }
 
+    /// The physical world, to look at.
+    pub fn world(&self) -> &Plant<f32> {
+        &self.plant
+    }
+
     /// The drive core; `None` while it boots, and while it has no node ID.
     pub fn core(&self) -> Option<&Core> {
         self.core.as_ref()

@@ -9,6 +9,9 @@ use canopen::lss::Request;
 use crate::disturbance::{Disturbance, Disturbed, Disturber};
 use crate::medium::Sender;
 
+/// The identifier of SYNC in the predefined connection set (CiA 301 7.3.5).
+const SYNC: u32 = 0x080;
+
 /// Queues of outside clients. They share one controller, as the programs on one computer share one
 /// interface: two of them never collide on the wire.
 #[derive(Debug)]
@@ -21,6 +24,8 @@ pub(crate) struct Gateway {
     changes: bool,
     /// A frame of it is on the wire.
     pub(crate) sends: bool,
+    /// SYNC messages get lost on the way to the bus.
+    holds_sync: bool,
     /// On the way to the bus, and from it.
     inward: Disturber,
     outward: Disturber,
@@ -35,6 +40,7 @@ impl Gateway {
             tuned_at: Instant::ZERO,
             changes: false,
             sends: false,
+            holds_sync: false,
             inward: Disturber::new(disturbance, seed, 0),
             outward: Disturber::new(disturbance, seed, 1),
         }
@@ -61,11 +67,19 @@ impl Gateway {
 
     /// `client` wants to send `frame`. How often it waits now.
     pub(crate) fn push(&mut self, client: u32, frame: Frame) -> u8 {
+        if self.holds_sync && frame.raw_id() == SYNC && !frame.is_extended() {
+            return 0;
+        }
         let copies = self.inward.copies();
         for _ in 0..copies {
             self.queues.entry(client).or_default().push_back(frame);
         }
         copies
+    }
+
+    /// Loses SYNC messages on the way to the bus, or does so no longer.
+    pub(crate) fn hold_sync(&mut self, held: bool) {
+        self.holds_sync = held;
     }
 
     /// How often clients get a frame of this sender. They share one controller, so what one of them

@@ -2,7 +2,8 @@
 //!
 //! A [`Bus`] is one medium with its drives. [`Bus::run_until`] moves it forward event by event;
 //! nothing in it reads a clock, so the same seed and the same injections give the same trace. At
-//! equal times the order is: plants and loops, frames, polls, arbitration; then the drive's place.
+//! equal times the order is: plants and loops, frames, the scenario's acts, polls, what the scenario
+//! does about these, arbitration; then the drive's place.
 //!
 //! Each [`VirtualDrive`] is the drive core that also runs as firmware, closed around a simulated
 //! motor, behind a CAN controller with a finite receive FIFO. Outside programs reach the bus
@@ -29,6 +30,7 @@ mod power;
 mod probe;
 mod recording;
 mod replay;
+pub mod scenario;
 mod store;
 mod wire_act;
 
@@ -41,13 +43,15 @@ pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
-pub use link::VirtualLink;
+pub use link::{Listener, VirtualLink};
 pub use medium::{ErrorCounters, ErrorState, Sender, Traffic};
-pub use notice::{Notice, NoticeKind};
+pub use notice::{Happening, Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};
 pub use probe::ProbeSample;
-pub use recording::{Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame};
+pub use recording::{
+    Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame, write_notice,
+};
 pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;
 pub use wire_act::{

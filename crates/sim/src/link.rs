@@ -1,19 +1,37 @@
 //! The master's way to a simulated bus: time advances while it waits.
 
+use std::collections::VecDeque;
+use std::fmt;
+
 use can::Frame;
 use canopen::Instant;
 use client::{Link, LinkError};
 
-use crate::medium::{Sender, Traffic};
-use crate::{Bus, Injection, Recording};
+use crate::medium::Sender;
+use crate::{Bus, Happening, Injection, Notice, Recording};
 
 /// A [`Link`] to a bus in virtual time. Waiting for a frame runs the simulation.
 #[derive(Debug)]
 pub struct VirtualLink<'a> {
     bus: &'a mut Bus,
     client: u32,
-    received: std::collections::VecDeque<Traffic>,
+    received: VecDeque<Happening>,
     recording: Option<&'a mut Recording>,
+    teller: Option<Teller<'a>>,
+}
+
+/// Who is told of notices while a link waits.
+pub trait Listener {
+    /// There is something that people should know of.
+    fn hear(&self, notice: &Notice);
+}
+
+struct Teller<'a>(&'a dyn Listener);
+
+impl fmt::Debug for Teller<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Teller")
+    }
 }
 
 impl<'a> VirtualLink<'a> {
@@ -22,8 +40,9 @@ impl<'a> VirtualLink<'a> {
         VirtualLink {
             bus,
             client,
-            received: std::collections::VecDeque::new(),
+            received: VecDeque::new(),
             recording: None,
+            teller: None,
         }
     }
 
@@ -33,19 +52,41 @@ impl<'a> VirtualLink<'a> {
         self
     }
 
+    /// Writes notices down, too, and tells them in their place between the frames. Without it they
+    /// stay with the bus.
+    pub fn tell(mut self, listener: &'a dyn Listener) -> VirtualLink<'a> {
+        self.teller = Some(Teller(listener));
+        self
+    }
+
     /// The bus, to look at and to act upon.
     pub fn bus(&mut self) -> &mut Bus {
         self.bus
     }
 
     fn collect(&mut self) -> Result<(), LinkError> {
-        for traffic in self.bus.take_traffic() {
-            if let Some(recording) = &mut self.recording {
-                recording.frame(&traffic).map_err(failed)?;
+        let happenings = match &self.teller {
+            Some(_) => self.bus.take_happenings(),
+            None => {
+                let traffic = self.bus.take_traffic().into_iter();
+                traffic.map(Happening::Frame).collect()
             }
-            if traffic.sender != Sender::Outside(self.client) {
-                let copies = usize::from(traffic.copies);
-                self.received.extend(std::iter::repeat_n(traffic, copies));
+        };
+        for happening in happenings {
+            if let Some(recording) = &mut self.recording {
+                recording.happening(&happening).map_err(failed)?;
+            }
+            let copies = match &happening {
+                Happening::Notice(_) => 1,
+                Happening::Frame(traffic) if traffic.sender == Sender::Outside(self.client) => 0,
+                Happening::Frame(traffic) => traffic.copies,
+            };
+            if let Happening::Frame(traffic) = happening {
+                let again = (1..copies).map(|_| Happening::Frame(traffic));
+                self.received.extend(again);
+            }
+            if copies > 0 {
+                self.received.push_back(happening);
             }
         }
         Ok(())
@@ -83,8 +124,16 @@ impl Link for VirtualLink<'_> {
     async fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, LinkError> {
         loop {
             self.collect()?;
-            if let Some(traffic) = self.received.pop_front() {
-                return Ok(Some((traffic.at, traffic.frame)));
+            while let Some(happening) = self.received.pop_front() {
+                match (happening, &self.teller) {
+                    (Happening::Frame(traffic), _) => {
+                        return Ok(Some((traffic.at, traffic.frame)));
+                    }
+                    (Happening::Notice(notice), Some(Teller(listener))) => {
+                        listener.hear(&notice);
+                    }
+                    (Happening::Notice(_), None) => {}
+                }
             }
             if !self.bus.run_to_frame(until) {
                 return Ok(None);

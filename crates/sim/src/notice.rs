@@ -6,6 +6,7 @@ use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
+use crate::medium::Traffic;
 use crate::place::Place;
 use crate::store::StoreError;
 
@@ -14,8 +15,8 @@ use crate::store::StoreError;
 pub struct Notice {
     /// When.
     pub at: Instant,
-    /// Which drive.
-    pub place: Place,
+    /// Which drive; `None` if it is the scenario that acts.
+    pub place: Option<Place>,
     /// Its node ID at that time.
     pub node: Option<NodeId>,
     /// What.
@@ -45,6 +46,8 @@ pub enum NoticeKind {
     CannotStart(ParameterError),
     /// Collisions have driven it off the bus.
     BusOff,
+    /// The scenario has done this.
+    Scenario(String),
     /// It has started with a bit rate that is not the one of the bus.
     OtherBitRate {
         /// The drive's.
@@ -54,14 +57,45 @@ pub enum NoticeKind {
     },
 }
 
+/// Something that a bus has to tell.
+#[derive(Debug)]
+pub enum Happening {
+    /// A frame went over it.
+    Frame(Traffic),
+    /// There is something that people should know of.
+    Notice(Notice),
+}
+
+impl Happening {
+    /// Frames and notices in the order of their times; of one time, frames first.
+    pub(crate) fn merge(traffic: Vec<Traffic>, notices: Vec<Notice>) -> Vec<Happening> {
+        let mut all = Vec::with_capacity(traffic.len() + notices.len());
+        let mut notices = notices.into_iter().peekable();
+        for traffic in traffic {
+            while let Some(notice) = notices.next_if(|notice| notice.at < traffic.at) {
+                all.push(Happening::Notice(notice));
+            }
+            all.push(Happening::Frame(traffic));
+        }
+        all.extend(notices.map(Happening::Notice));
+        all
+    }
+}
+
 impl std::fmt::Display for Notice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.node {
-            Some(node) if Place::of_node(node) == self.place => write!(f, "node {node}: ")?,
-            Some(node) => write!(f, "node {node} (drive {}): ", self.place)?,
-            None => write!(f, "drive {}, which has no node ID: ", self.place)?,
+        match (self.node, self.place) {
+            (Some(node), Some(place)) if Place::of_node(node) == place => {
+                write!(f, "node {node}: ")?;
+            }
+            (Some(node), Some(place)) => write!(f, "node {node} (drive {place}): ")?,
+            (None, Some(place)) => write!(f, "drive {place}, which has no node ID: ")?,
+            (_, None) => {}
         }
         match &self.kind {
+            NoticeKind::Scenario(words) => {
+                write!(f, "{:.6} scenario: {words}", self.at.seconds())
+            }
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
                 write_kept(f, kept)?;

@@ -21,6 +21,9 @@
 //! 1 Mbit/s. A disturbed bus has the lines `lose 1%` and `duplicate 0.5%`, too; outside frames are
 //! written down before they are disturbed, and what outside programs got of the drives' frames is
 //! not in the log.
+//!
+//! A scenario is there whole, its name in `scenario-file` and each of its lines behind `scenario`;
+//! what it did are comments, lines that begin with `#`.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -35,15 +38,18 @@ use personalities::Personality;
 use crate::disturbance::Disturbance;
 use crate::flash_file::FlashFile;
 use crate::medium::{Sender, Traffic};
-use crate::notice::Notice;
+use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
+use crate::scenario::{Problems, Scenario};
 use crate::wire_act::WireAct;
 use crate::{BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
 pub(crate) const CHANNEL: &str = "can0";
 pub(crate) const FIRST_LINE: &str = "servobus run 1";
+/// What a comment in a run file begins with.
+pub(crate) const COMMENT: char = '#';
 
 /// An outside frame and when it was handed to the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +84,8 @@ pub struct RunHeader {
     pub drives: Vec<(Place, &'static Personality)>,
     /// What they have stored.
     pub stored: Vec<StoredBefore>,
+    /// What the drives' worlds are and what happens to them.
+    pub scenario: Option<Scenario>,
 }
 
 impl RunHeader {
@@ -97,28 +105,38 @@ impl RunHeader {
                     bytes: drive.store.bytes().to_vec(),
                 })
                 .collect(),
+            scenario: settings.scenario.clone(),
         }
     }
 
-    pub(crate) fn settings(&self) -> BusSettings {
-        let drives = self
-            .drives
-            .iter()
-            .map(|&(place, personality)| {
-                let stored = self.stored.iter().find(|stored| stored.place == place);
-                let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
-                DriveSettings {
-                    store: FlashFile::memory(bytes),
-                    ..DriveSettings::at(place, personality)
-                }
-            })
-            .collect();
-        BusSettings {
+    /// The settings of a bus on which the run can be repeated.
+    ///
+    /// # Errors
+    /// [`Problems`] of the scenario.
+    pub(crate) fn settings(&self) -> Result<BusSettings, Problems> {
+        let drives = self.drives.iter();
+        let mut settings = BusSettings {
             seed: self.seed,
             bit_rate: self.bit_rate,
             disturbance: self.disturbance,
-            drives,
+            drives: drives
+                .map(|&(place, personality)| DriveSettings::at(place, personality))
+                .collect(),
+            scenario: None,
+        };
+        if let Some(scenario) = &self.scenario {
+            scenario.set_up(&mut settings, Instant::NEVER)?;
         }
+        // What a scenario stores is here, too.
+        for drive in &mut settings.drives {
+            let stored = self
+                .stored
+                .iter()
+                .find(|stored| stored.place == drive.place);
+            let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
+            drive.store = FlashFile::memory(bytes);
+        }
+        Ok(settings)
     }
 }
 
@@ -163,6 +181,13 @@ impl Recording {
             });
             writeln!(run, "stored {} {hex}", stored.place)?;
         }
+        if let Some(scenario) = &header.scenario {
+            let file = scenario.file().replace(['\n', '\r'], " ");
+            writeln!(run, "scenario-file {file}")?;
+            for line in scenario.text().lines() {
+                writeln!(run, "scenario {line}")?;
+            }
+        }
         Ok(Recording {
             log,
             run,
@@ -179,12 +204,27 @@ impl Recording {
         write_frame(&mut self.log, traffic)
     }
 
-    /// There is something that people should know of.
+    /// There is something that people should know of. What a scenario does is a comment of the run
+    /// file, too.
     ///
     /// # Errors
     /// Those of the file system.
     pub fn notice(&mut self, notice: &Notice) -> io::Result<()> {
-        self.log.note(notice.at.0, &notice.to_string())
+        if let NoticeKind::Scenario(_) = notice.kind {
+            writeln!(self.run, "{COMMENT} {notice}")?;
+        }
+        write_notice(&mut self.log, notice)
+    }
+
+    /// Either.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn happening(&mut self, happening: &Happening) -> io::Result<()> {
+        match happening {
+            Happening::Frame(traffic) => self.frame(traffic),
+            Happening::Notice(notice) => self.notice(notice),
+        }
     }
 
     /// Whether samples are kept ([`Recording::sample`]): so in MCAP only.
@@ -275,6 +315,14 @@ pub fn write_frame(log: &mut Recorder, traffic: &Traffic) -> io::Result<()> {
     };
     let content = Content::Frame(traffic.frame);
     log.write(traffic.at.0, &content, Some(direction))
+}
+
+/// Writes what people should know of.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_notice(log: &mut Recorder, notice: &Notice) -> io::Result<()> {
+    log.note(notice.at.0, &notice.to_string())
 }
 
 fn seconds(at: Instant) -> String {

@@ -11,9 +11,10 @@ use canopen::Instant;
 
 use crate::Bus;
 use crate::disturbance::{Disturbance, NoShare, Share};
-use crate::medium::Traffic;
+use crate::notice::Happening;
 use crate::place::{NoPlace, Place};
-use crate::recording::{CHANNEL, FIRST_LINE, RunHeader, StoredBefore, run_path};
+use crate::recording::{CHANNEL, COMMENT, FIRST_LINE, RunHeader, StoredBefore, run_path};
+use crate::scenario::{Problems, Scenario};
 use crate::wire_act::{NoWireAct, WireAct};
 
 /// Something that happens to a run from outside.
@@ -50,6 +51,14 @@ pub enum ReadError {
         /// What is wrong there, and what is expected.
         what: String,
     },
+    /// The scenario in it cannot be played.
+    #[error("{}: the scenario that it holds: {problems}", path.display())]
+    Scenario {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problems: Problems,
+    },
     /// What was read cannot be written on.
     #[error("cannot write the replayed log: {0}")]
     Write(io::Error),
@@ -79,24 +88,28 @@ pub struct Replayed {
 /// # Errors
 /// [`ReadError`].
 pub fn replay(path: &Path, output: &mut impl Write) -> Result<Replayed, ReadError> {
-    let replayed = replay_each(path, &mut |traffic| {
-        write_line(output, traffic.at.0, CHANNEL, &traffic.frame)
+    let replayed = replay_each(path, &mut |happening| match happening {
+        Happening::Frame(traffic) => write_line(output, traffic.at.0, CHANNEL, &traffic.frame),
+        Happening::Notice(_) => Ok(()),
     })?;
     output.flush().map_err(ReadError::Write)?;
     Ok(replayed)
 }
 
-/// Runs again what led to the recording `path`, of whatever format, and gives each frame that comes
-/// of it to `each`.
+/// Runs again what led to the recording `path`, of whatever format, and gives each frame and each
+/// notice that comes of it to `each`.
 ///
 /// # Errors
 /// [`ReadError`]; an error of `each` is [`ReadError::Write`].
 pub fn replay_each(
     path: &Path,
-    each: &mut impl FnMut(&Traffic) -> io::Result<()>,
+    each: &mut impl FnMut(Happening) -> io::Result<()>,
 ) -> Result<Replayed, ReadError> {
-    let run = read_run(&run_path(path))?;
-    let mut bus = Bus::new(run.header.settings());
+    let path = run_path(path);
+    let run = read_run(&path)?;
+    let settings = run.header.settings();
+    let settings = settings.map_err(|problems| ReadError::Scenario { path, problems })?;
+    let mut bus = Bus::new(settings);
     let mut replayed = Replayed {
         frames: 0,
         end: Instant::ZERO,
@@ -105,9 +118,9 @@ pub fn replay_each(
     for (at, cause) in run.causes {
         bus.run_until(at);
         replayed.end = at;
-        for traffic in bus.take_traffic() {
-            each(&traffic).map_err(ReadError::Write)?;
-            replayed.frames += 1;
+        for happening in bus.take_happenings() {
+            replayed.frames += u64::from(matches!(happening, Happening::Frame(_)));
+            each(happening).map_err(ReadError::Write)?;
         }
         match cause {
             Cause::Frame { client, frame } => {
@@ -149,9 +162,11 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
             disturbance: Disturbance::default(),
             drives: Vec::new(),
             stored: Vec::new(),
+            scenario: None,
         },
         causes: Vec::new(),
     };
+    let mut scenario: Option<(String, String)> = None;
     let mut lines = 0;
     let mut line = Vec::new();
     loop {
@@ -174,7 +189,18 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
                 let what = format!("a run file begins with '{FIRST_LINE}'");
                 return Err(wrong(1, what));
             }
-        } else if !line.is_empty() {
+        } else if let Some(name) = line.strip_prefix("scenario-file ") {
+            scenario = Some((name.to_owned(), String::new()));
+        } else if let Some(text) = scenario_line(line) {
+            let Some((_, whole)) = &mut scenario else {
+                return Err(wrong(
+                    1,
+                    "the line 'scenario-file NAME' is missing".to_owned(),
+                ));
+            };
+            whole.push_str(text);
+            whole.push('\n');
+        } else if !line.is_empty() && !line.starts_with(COMMENT) {
             read_line(&mut run, line).map_err(|(column, what)| wrong(column, what))?;
         }
         lines += 1;
@@ -187,7 +213,22 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
             what: format!("a run file begins with '{FIRST_LINE}' and names its drives"),
         });
     }
+    if let Some((file, text)) = scenario {
+        let read = Scenario::read(&file, &text);
+        run.header.scenario = Some(read.map_err(|problems| ReadError::Scenario {
+            path: path.to_owned(),
+            problems,
+        })?);
+    }
     Ok(run)
+}
+
+/// A line of the scenario; an empty one may have lost its space.
+fn scenario_line(line: &str) -> Option<&str> {
+    match line {
+        "scenario" => Some(""),
+        _ => line.strip_prefix("scenario "),
+    }
 }
 
 /// What is wrong, and at which column.
@@ -259,7 +300,8 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         _ => {
             let what = format!(
                 "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
-                 stored, block, wire, end, or a frame '(seconds) client1 181#00'"
+                 stored, scenario-file, scenario, block, wire, end, or a frame \
+                 '(seconds) client1 181#00'"
             );
             return Err((1, what));
         }

@@ -280,7 +280,7 @@ fn two_senders_of_one_identifier_drive_each_other_off_the_bus() {
     let off: Vec<u8> = notices
         .iter()
         .filter(|n| matches!(n.kind, NoticeKind::BusOff))
-        .map(|n| n.place.number())
+        .map(|n| n.place.unwrap().number())
         .collect();
     assert_eq!(off, [1, 2]);
     // They come back after 128 · 11 recessive bits and are as good as new; nobody was told, since

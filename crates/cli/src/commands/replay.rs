@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bus::recording::Format;
-use sim::{ReadError, Replayed, begin_frames, replay, replay_each, write_frame};
+use sim::{
+    Happening, ReadError, Replayed, begin_frames, replay, replay_each, write_frame, write_notice,
+};
 
 use crate::{Failure, output, record_file};
 
@@ -74,16 +76,19 @@ fn write(file: &Path, path: &Path) -> Result<ExitCode, Failure> {
         )));
     }
     // In memory first: a recording that cannot be read must not cost an older output.
-    let mut frames = Vec::new();
-    let done = replay_each(file, &mut |traffic| {
-        frames.push(*traffic);
+    let mut happenings = Vec::new();
+    let done = replay_each(file, &mut |happening| {
+        happenings.push(happening);
         Ok(())
     })
     .map_err(Failure::input)?;
     begin_frames(path)
         .and_then(|mut log| {
-            for traffic in &frames {
-                write_frame(&mut log, traffic)?;
+            for happening in &happenings {
+                match happening {
+                    Happening::Frame(traffic) => write_frame(&mut log, traffic)?,
+                    Happening::Notice(notice) => write_notice(&mut log, notice)?,
+                }
             }
             log.finish(done.end.0)
         })

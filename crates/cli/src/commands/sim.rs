@@ -2,6 +2,7 @@
 
 mod drive_list;
 mod guests;
+mod plan;
 mod ready;
 mod speed;
 mod stage;
@@ -10,16 +11,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::sim::{
-    Bus, BusSettings, Disturbance, DriveSettings, FlashFile, Recording, RunHeader, Share,
-    StoreError,
-};
+use ::sim::{Bus, Disturbance, Recording, RunHeader, Share, StoreError};
 use bus::{Doors, Endpoint, Options, Protocol};
 use can::BitRate;
-use canopen::Instant;
 use personalities::Personality;
 
 use self::drive_list::DriveList;
+pub(crate) use self::plan::Plan;
 use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
@@ -43,6 +41,8 @@ Examples:
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
   servobus sim --drive p3-extended --nodes unconfigured:3 --bit-rate 125k
                                                     drives for an LSS master: servobus lss scan
+  servobus sim --scenario sag.toml                  with what goes wrong in sag.toml: servobus
+                                                    scenario --help
 
 Who sends frames on the bus decides what happens; all else follows from --seed. --record writes two
 files: FILE, its frames with simulated time from zero, and FILE.run with the seed, the drives,
@@ -50,20 +50,20 @@ what they had stored, and each outside frame with its nanosecond. A replay is co
 a candump log.")]
 pub(crate) struct Arguments {
     /// Which drive; `servobus od NAME` lists its objects.
-    #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
-    drive: &'static Personality,
+    /// [default: p3]
+    #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
+    drive: Option<&'static Personality>,
     /// Their node IDs: 5, 1-3 or 1,4; unconfigured:3 for three drives without one, which wait for
-    /// an LSS master; or both, as in 1-2,unconfigured:3.
-    #[arg(long, default_value = "1-3", allow_hyphen_values = true)]
-    nodes: DriveList,
-    /// Bit rate of the bus: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k or 1M.
-    #[arg(
-        long,
-        value_name = "RATE",
-        default_value = "1M",
-        allow_hyphen_values = true
-    )]
-    bit_rate: BitRate,
+    /// an LSS master; or both, as in 1-2,unconfigured:3 [default: 1-3]
+    #[arg(long, allow_hyphen_values = true)]
+    nodes: Option<DriveList>,
+    /// Bit rate of the bus: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k or 1M [default: 1M]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    bit_rate: Option<BitRate>,
+    /// Play this scenario: what the drives and their worlds are, and what goes wrong when
+    /// (docs/scenarios.md). What else stands on the command line comes before what it says.
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
     /// Where other programs reach the bus: socketcand://HOST:PORT[/CHANNEL], slcan://HOST:PORT, or
     /// a CAN interface of this (Linux) machine, socketcan://INTERFACE; may be given several times;
     /// `none` opens no door [default: socketcand://127.0.0.1:29536]
@@ -79,9 +79,9 @@ pub(crate) struct Arguments {
     /// End after this simulated time, as in 10s, 500ms or 2m.
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = time_span::parse)]
     time: Option<Duration>,
-    /// From it everything random follows: latencies, serial numbers, disturbances.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// From it everything random follows: latencies, serial numbers, disturbances [default: 1]
+    #[arg(long)]
+    seed: Option<u64>,
     /// Lose so many of the frames between outside programs and the bus, in each direction, as in 1%.
     #[arg(
         long,
@@ -155,65 +155,11 @@ impl Arguments {
         }
         Ok(endpoints)
     }
-
-    fn settings(&self) -> Result<BusSettings, Failure> {
-        let drive = |place| {
-            let mut settings = DriveSettings::at(place, self.drive);
-            if let Some(folder) = &self.store {
-                settings.store = FlashFile::file(folder, self.drive.name, place)
-                    .map_err(|error| Failure::input(store_message(&error)))?;
-            }
-            Ok(settings)
-        };
-        let drives: Result<Vec<DriveSettings>, Failure> = self.nodes.places().map(drive).collect();
-        Ok(BusSettings {
-            bit_rate: self.bit_rate,
-            disturbance: Disturbance {
-                lose: self.lose,
-                duplicate: self.duplicate,
-            },
-            ..BusSettings::new(self.seed, drives?)
-        })
-    }
-
-    /// Refuses what the drive cannot be.
-    fn check_drive(&self) -> Result<(), Failure> {
-        let name = self.drive.name;
-        let others = |can: fn(&Personality, BitRate) -> bool| {
-            let able = personalities::ALL.iter().filter(|p| can(p, self.bit_rate));
-            let words: Vec<String> = able.map(|p| format!("--drive {}", p.name)).collect();
-            words.join(" or ")
-        };
-        let has_rate = |drive: &Personality, rate| drive.bit_rates.contains(&rate);
-        if !has_rate(self.drive, self.bit_rate) {
-            let own: Vec<String> = self
-                .drive
-                .bit_rates
-                .iter()
-                .map(BitRate::to_string)
-                .collect();
-            return Err(Failure::input(format!(
-                "{name} has {} only; for --bit-rate {} use {}",
-                own.join(", "),
-                self.bit_rate.word(),
-                others(has_rate)
-            )));
-        }
-        let has_lss = |drive: &Personality, _| drive.device.dialect.lss;
-        if self.nodes.has_unconfigured() && !has_lss(self.drive, self.bit_rate) {
-            return Err(Failure::input(format!(
-                "{name} has no LSS, so a drive without a node ID could never get one; for --nodes \
-                 unconfigured use {}",
-                others(has_lss)
-            )));
-        }
-        Ok(())
-    }
 }
 
 /// The lines that a script waits for.
-fn ready(arguments: &Arguments, bus: &Bus, doors: &[Endpoint]) -> String {
-    let mut text = ready::line(arguments.drive, bus);
+fn ready(plan: &Plan, bus: &Bus, doors: &[Endpoint]) -> String {
+    let mut text = ready::line(&plan.kinds(), bus);
     for door in doors {
         text.push('\n');
         text.push_str(&door_line(door));
@@ -255,9 +201,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
              add --bus none, or leave --speed out"
         )));
     }
-    arguments.check_drive()?;
+    let plan = Plan::of(arguments)?;
+    plan.check()?;
     let stop = Stop::watch()?;
-    let settings = arguments.settings()?;
+    let disturbance = Disturbance {
+        lose: arguments.lose,
+        duplicate: arguments.duplicate,
+    };
+    let settings = plan.settings(disturbance, arguments.store.as_deref())?;
     // The doors first: a busy port must not cost the user an earlier recording.
     let doors = match endpoints.as_slice() {
         [] => None,
@@ -282,17 +233,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
         None => None,
     };
-    let end = arguments.time.map_or(Instant::NEVER, |time| {
-        Instant::ZERO.plus_ns(time_span::nanoseconds(time))
-    });
+    let end = plan.end;
     let addresses = doors
         .as_ref()
         .map_or(vec![], |doors| doors.addresses().to_vec());
-    let disturbance = settings.disturbance;
     let mut stage = Stage::new(Bus::new(settings), doors, log);
     let began = std::time::Instant::now();
     stage.boot(end)?;
-    output::print(ready(arguments, stage.bus(), &addresses))?;
+    output::print(ready(&plan, stage.bus(), &addresses))?;
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,

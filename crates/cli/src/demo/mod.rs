@@ -17,15 +17,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
 
-use ::sim::ProbeSample;
-use canopen::NodeId;
+use ::sim::scenario::Scenario;
+use ::sim::{BusSettings, DriveSettings, Place, ProbeSample};
+use canopen::{Instant, NodeId};
 use client::block_on;
+use personalities::p3::P3;
 
 use self::cast::{FOLLOWER, MOVER, NODES, PUSHER};
 use self::report::Act;
 use self::script::{Move, Scene, TORQUE_PM, Trouble, turning_points};
 use self::stage::{Phase, Stage, Wire};
-use crate::{Failure, output};
+use crate::{Failure, output, scenario_file};
 
 /// Where the plot goes.
 const PLOT: &str = "servobus-demo.svg";
@@ -44,20 +46,25 @@ Examples:
 
 Exit code 0 only if every target was reached.")]
 pub(crate) struct Arguments {
-    /// From it everything random follows: latencies, serial numbers.
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    seed: u64,
+    /// From it everything random follows: latencies, serial numbers [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Write all frames to FILE, and to FILE.run what they follow from. FILE ends in .log (candump),
     /// .pcapng (Wireshark) or .mcap (Foxglove; with position, speed and current of each drive).
     /// Existing files are replaced.
     #[arg(long, value_name = "FILE", value_parser = crate::record_file::parse)]
     record: Option<PathBuf>,
+    /// Let the drives be what this scenario says, and what goes wrong in it (docs/scenarios.md). Its
+    /// seed holds unless --seed is given; its nodes and bit rate are the demo's.
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
 }
 
 /// What the demo is to be.
 #[derive(Clone, Copy, Debug)]
 struct Settings<'a> {
     seed: u64,
+    scenario: Option<&'a Scenario>,
     record: Option<&'a Path>,
     /// A shaft that is held from the start on.
     held: Option<NodeId>,
@@ -93,14 +100,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         ))
     };
     // Better to know before the run than after it.
+    let scenario = arguments.scenario.as_deref();
+    let scenario = scenario.map(scenario_file::read).transpose()?;
+    if let Some(scenario) = &scenario {
+        suits(scenario)?;
+    }
     let is_new = !Path::new(PLOT).exists();
     OpenOptions::new()
         .create(true)
         .append(true)
         .open(PLOT)
         .map_err(cannot_write)?;
+    let own_seed = scenario.as_ref().and_then(|scenario| scenario.seed);
     let settings = Settings {
-        seed: arguments.seed,
+        seed: arguments.seed.or(own_seed).unwrap_or(1),
+        scenario: scenario.as_ref(),
         record: arguments.record.as_deref(),
         held: None,
     };
@@ -124,16 +138,60 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
+/// Refuses a scenario of other drives than the demo's.
+///
+/// # Errors
+/// What it says, and what the demo has.
+fn suits(scenario: &Scenario) -> Result<(), Failure> {
+    let refused = |what: String| {
+        Failure::input(format!(
+            "{}: {what}; play it with servobus sim, or leave that out",
+            scenario.file()
+        ))
+    };
+    if let Some(rate) = scenario
+        .bit_rate
+        .filter(|rate| *rate != can::BitRate::Mbit1)
+    {
+        return Err(refused(format!(
+            "it says {rate}, and the demo's bus has 1 Mbit/s"
+        )));
+    }
+    let places = NODES.map(Place::of_node);
+    if let Some(place) = scenario.places().into_iter().find(|p| !places.contains(p)) {
+        return Err(refused(format!(
+            "the demo has nodes 1 to 3, and no drive {place}"
+        )));
+    }
+    for place in places {
+        let kind = scenario.personality_of(place).or(scenario.personality);
+        if let Some(kind) = kind.filter(|kind| kind.name != P3.name) {
+            let (drive, usual) = (kind.name, P3.name);
+            return Err(refused(format!(
+                "the demo's drives are {usual}, not {drive}"
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Plays all phases and prints the dialogue to `output`.
 fn play(settings: &Settings<'_>, output: &mut dyn Write) -> Result<Report, Failure> {
-    let mut stage =
-        Stage::new(settings.seed, &NODES, settings.record, output).map_err(|error| {
-            let path = settings.record.unwrap_or(Path::new(""));
-            Failure::input(format!(
-                "{}: cannot write the recording: {error}; name another file",
-                path.display()
-            ))
-        })?;
+    let mut bus = BusSettings::new(
+        settings.seed,
+        NODES.map(|node| DriveSettings::new(node, &P3)).into(),
+    );
+    if let Some(scenario) = settings.scenario {
+        let set_up = scenario.set_up(&mut bus, Instant::NEVER);
+        set_up.map_err(|problems| scenario_file::refused(&problems))?;
+    }
+    let mut stage = Stage::new(bus, settings.record, output).map_err(|error| {
+        let path = settings.record.unwrap_or(Path::new(""));
+        Failure::input(format!(
+            "{}: cannot write the recording: {error}; name another file",
+            path.display()
+        ))
+    })?;
     stage.dialogue.borrow_mut().say(&format!(
         "Three virtual P3 drives on a simulated CAN bus at 1 Mbit/s, seed {}.\n\
          Time is virtual, in seconds; \u{2192} the master sends, \u{2190} it receives.",

@@ -11,7 +11,7 @@ use client::decode::Decoder;
 use client::{Client, Observed, Seen, block_on};
 use personalities::p3::P3;
 use sim::{
-    Bus, BusSettings, DriveSettings, Extremes, Place, ProbeSample, Recording, RunHeader,
+    Bus, BusSettings, Extremes, Listener, Notice, Place, ProbeSample, Recording, RunHeader,
     VirtualLink,
 };
 
@@ -59,6 +59,7 @@ pub(super) struct Stage<'w> {
     recording: Option<Recording>,
     /// Shared with the link, which shows it every frame.
     pub(super) dialogue: Rc<RefCell<Dialogue<'w>>>,
+    notices: Notices<'w>,
 }
 
 /// What is left when the play is over.
@@ -72,35 +73,43 @@ pub(super) struct Played {
     pub(super) printed: io::Result<()>,
 }
 
+/// Says in the dialogue what people should know of.
+struct Notices<'w>(Rc<RefCell<Dialogue<'w>>>);
+
+impl Listener for Notices<'_> {
+    fn hear(&self, notice: &Notice) {
+        self.0.borrow_mut().say(&notice.to_string());
+    }
+}
+
 impl<'w> Stage<'w> {
-    /// `nodes`, all of them P3s with their usual motor and nothing stored, at time 0.
+    /// A bus of these settings, its drives P3s, at time 0.
     ///
     /// # Errors
     /// The recording cannot be written.
     pub(super) fn new(
-        seed: u64,
-        nodes: &[NodeId],
+        settings: BusSettings,
         record: Option<&Path>,
         output: &'w mut dyn Write,
     ) -> io::Result<Stage<'w>> {
-        let drives = nodes.iter().map(|node| DriveSettings::new(*node, &P3));
-        let settings = BusSettings::new(seed, drives.collect());
         let recording = record
             .map(|path| Recording::create(path, &RunHeader::of(&settings)))
             .transpose()?;
         let mut bus = Bus::new(settings);
         bus.probe_every(PROBE_NS);
         let decoder = Decoder::with_table(P3.device.table);
+        let dialogue = Rc::new(RefCell::new(Dialogue::new(output, decoder)));
         Ok(Stage {
             bus,
             recording,
-            dialogue: Rc::new(RefCell::new(Dialogue::new(output, decoder))),
+            notices: Notices(Rc::clone(&dialogue)),
+            dialogue,
         })
     }
 
     /// A master at the bus, whose frames are recorded and shown.
     pub(super) fn client(&mut self) -> Client<Wire<'_>> {
-        let mut link = VirtualLink::new(&mut self.bus, CLIENT);
+        let mut link = VirtualLink::new(&mut self.bus, CLIENT).tell(&self.notices);
         if let Some(recording) = &mut self.recording {
             link = link.record(recording);
         }
@@ -165,9 +174,6 @@ impl<'w> Stage<'w> {
             Ok(())
         };
         block_on(rest).map_err(|error: client::LinkError| io::Error::other(error.to_string()))?;
-        for notice in self.bus.take_notices() {
-            self.dialogue.borrow_mut().say(&notice.to_string());
-        }
         let samples = self.bus.take_samples();
         if let Some(recording) = &mut self.recording {
             for sample in &samples {
@@ -175,6 +181,7 @@ impl<'w> Stage<'w> {
             }
         }
         let recorded = self.recording.map(|recording| recording.finish(now));
+        drop(self.notices);
         let printed = match Rc::try_unwrap(self.dialogue) {
             Ok(dialogue) => dialogue.into_inner().finish(),
             // Every client, and with it every other owner, is gone.

@@ -24,6 +24,7 @@ fn played(settings: Settings<'_>) -> (Report, String) {
 const fn settings(seed: u64) -> Settings<'static> {
     Settings {
         seed,
+        scenario: None,
         record: None,
         held: None,
     }

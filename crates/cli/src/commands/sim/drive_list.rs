@@ -87,11 +87,6 @@ impl DriveList {
         let nodes = nodes.map(|node| Place::of_node(*node));
         nodes.chain((1..=self.unconfigured).filter_map(Place::unconfigured))
     }
-
-    /// Whether there are drives without a node ID.
-    pub(super) fn has_unconfigured(&self) -> bool {
-        self.unconfigured > 0
-    }
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use personalities::Personality;
 use crate::node_list::NodeList;
 
 /// `ready: 3 virtual p3 drives, nodes 1-3`, as the drives of `bus` have booted.
-pub(super) fn line(personality: &Personality, bus: &Bus) -> String {
+pub(super) fn line(kinds: &[&Personality], bus: &Bus) -> String {
     let drives = bus.drives();
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
     let mut nodes: Vec<NodeId> = drives.iter().filter_map(|drive| drive.node()).collect();
     let without = drives.len() - nodes.len();
     nodes.sort();
@@ -20,7 +21,7 @@ pub(super) fn line(personality: &Personality, bus: &Bus) -> String {
     let mut line = format!(
         "ready: {} virtual {} {word}",
         drives.len(),
-        personality.name
+        names.join(" and ")
     );
     if let Some(list) = NodeList::of(&nodes) {
         let word = match nodes.len() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant as RealTime};
 
-use ::sim::{Bus, Disturbed, Injection, Pacer, Recording, Sender};
+use ::sim::{Bus, Disturbed, Happening, Injection, Pacer, Recording, Sender};
 use bus::{Doors, Event};
 use can::BitRate;
 use canopen::Instant;
@@ -177,7 +177,17 @@ impl Stage {
     fn advance(&mut self, until: Instant) -> Result<(), Failure> {
         self.bus.run_until(until);
         let mut samples = self.bus.take_samples().into_iter().peekable();
-        for traffic in self.bus.take_traffic() {
+        for happening in self.bus.take_happenings() {
+            let traffic = match happening {
+                Happening::Frame(traffic) => traffic,
+                Happening::Notice(notice) => {
+                    if let Some(log) = &mut self.log {
+                        log.write(|recording| recording.notice(&notice))?;
+                    }
+                    tell(notice);
+                    continue;
+                }
+            };
             self.frames += 1;
             self.lively_at = Some(traffic.at);
             if let Some(log) = &mut self.log {
@@ -206,12 +216,6 @@ impl Stage {
             for sample in samples {
                 log.write(|recording| recording.sample(&sample))?;
             }
-        }
-        for notice in self.bus.take_notices() {
-            if let Some(log) = &mut self.log {
-                log.write(|recording| recording.notice(&notice))?;
-            }
-            tell(notice);
         }
         if self.bus.bit_rate() != self.bit_rate {
             self.bit_rate = self.bus.bit_rate();

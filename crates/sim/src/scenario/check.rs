@@ -1,0 +1,167 @@
+//! What a scenario cannot ask: contradictions, and what the drives of a bus cannot be or do.
+
+use canopen::Instant;
+use plant::Invalid;
+
+use super::Scenario;
+use super::conditions::Condition;
+use super::event::{Event, Target, Trigger};
+use super::parameters::Parameter;
+use super::problem::{Findings, Span};
+use crate::drive::DriveSettings;
+use crate::place::Place;
+
+/// Two events that would set one thing to different values at one time.
+pub(super) fn contradictions(events: &[Event], findings: &mut Findings<'_>) {
+    for (n, later) in events.iter().enumerate() {
+        let Trigger::At(at) = later.trigger else {
+            continue;
+        };
+        for earlier in &events[..n] {
+            let meet = match (earlier.target.value, later.target.value) {
+                (Target::One(one), Target::One(other)) => one == other,
+                _ => true,
+            };
+            if earlier.trigger == Trigger::At(at)
+                && meet
+                && earlier.kind.thing == later.kind.thing
+                && earlier.act != later.act
+            {
+                let what = format!(
+                    "{} (line {}) sets {} at the same time to something else",
+                    earlier.name, earlier.line, later.kind.thing
+                );
+                let remedy = "let one of them happen at another time, or leave it out";
+                findings.push(&later.trigger_span, what, remedy);
+            }
+        }
+    }
+}
+
+/// What these drives cannot do, and what would never happen.
+pub(super) fn cast(
+    scenario: &Scenario,
+    drives: &[DriveSettings],
+    end: Instant,
+    findings: &mut Findings<'_>,
+) {
+    let there = drives
+        .iter()
+        .map(|drive| drive.place)
+        .collect::<Vec<Place>>();
+    let mut needs = |place: Place, span: &Span| {
+        if !there.contains(&place) {
+            let list: Vec<String> = there.iter().map(Place::to_string).collect();
+            let what = format!("there is no drive {place} on this bus");
+            let remedy = format!(
+                "its drives are {}; add it to nodes or --nodes",
+                list.join(", ")
+            );
+            findings.push(span, what, remedy);
+        }
+    };
+    for section in &scenario.drives {
+        if let Some(place) = section.place {
+            needs(place, &section.span);
+        }
+    }
+    for event in scenario.events.iter() {
+        if let Target::One(place) = event.target.value {
+            needs(place, &event.target.span);
+        }
+        if let Some(drive) = event
+            .frames
+            .as_ref()
+            .and_then(super::frames::FramePattern::drive)
+        {
+            needs(drive.value, &drive.span);
+        }
+        if let Trigger::When(when) = &event.trigger
+            && let Some(drive) = &when.drive
+        {
+            needs(drive.value, &drive.span);
+        }
+    }
+    for event in scenario.events.iter() {
+        if let Trigger::At(at) = event.trigger
+            && Instant(at) >= end
+        {
+            let what = format!("this never happens: the run ends at {} s", end.seconds());
+            findings.push(
+                &event.trigger_span,
+                what,
+                "write an earlier time, or a longer length",
+            );
+        }
+    }
+    for section in &scenario.drives {
+        for drive in drives.iter().filter(|drive| section.is_of(drive.place)) {
+            section.check_stored(drive.personality, findings);
+        }
+    }
+}
+
+/// Makes the world of a drive what the scenario says, and complains if it cannot be so.
+pub(super) fn world(
+    scenario: &Scenario,
+    drive: &mut DriveSettings,
+    seed: u64,
+    findings: &mut Findings<'_>,
+) {
+    let place = drive.place;
+    let own = || {
+        scenario
+            .drives
+            .iter()
+            .filter(move |section| section.is_of(place))
+    };
+    let mut plant = drive.plant;
+    for section in own() {
+        section.change(&mut plant, place, seed);
+    }
+    if let Err(invalid) = plant.check() {
+        let suspects = suspects(invalid);
+        let suspect = |parameter: &Parameter| suspects.contains(&parameter.path);
+        let own: Vec<_> = own().collect();
+        let span = own
+            .iter()
+            .rev()
+            .find_map(|section| section.span_of(suspect));
+        let span = span
+            .or_else(|| own.last().map(|section| section.span.clone()))
+            .unwrap_or(0..0);
+        let what = format!("no drive can be like this: {invalid:?}");
+        findings.push(
+            &span,
+            what,
+            "`servobus scenario parameters` lists what there may be",
+        );
+    }
+    for section in own() {
+        if !section.store(drive) {
+            let what = "what is stored does not fit into the drive's flash";
+            findings.push(&section.span, what, "store fewer objects");
+        }
+    }
+    drive.plant = plant;
+}
+
+/// The parameters that may be why a world cannot be.
+fn suspects(invalid: Invalid) -> &'static [&'static str] {
+    match invalid {
+        Invalid::Inertia(_) => &["load.inertia", "motor.rotor_inertia"],
+        Invalid::Friction(_) => &["motor.static_friction", "motor.coulomb_friction"],
+        _ => &[],
+    }
+}
+
+/// Whether an event waits for what happens in a drive's control periods.
+pub(super) fn watched_place(event: &Event) -> Option<Place> {
+    match &event.trigger {
+        Trigger::When(when) => match &when.condition {
+            Condition::Drive(place, sight) if sight.is_of_the_shaft() => Some(*place),
+            _ => None,
+        },
+        _ => None,
+    }
+}

@@ -1,0 +1,186 @@
+//! What is wrong with a scenario is told by line and column, before anything starts.
+
+use canopen::{Instant, NodeId};
+use personalities::p3::P3;
+use sim::scenario::{Problems, Scenario};
+use sim::{BusSettings, DriveSettings};
+
+/// A text, and what is said of it: line, column, what is wrong.
+type Case = (&'static str, &'static [&'static str]);
+
+/// Mistakes that are seen whatever drives there are.
+#[rustfmt::skip]
+const MISTAKES: &[Case] = &[
+    ("seed = ", &["1:8 string values must be quoted, expected literal string"]),
+    ("seed = 1\nseed = 2", &["2:1 duplicate key"]),
+    ("[drive.1", &["1:9 unclosed table, expected `]`"]),
+    ("name = \"abc", &["1:12 invalid basic string, expected `\"`"]),
+    ("seed = 1 2", &["1:8 string values must be quoted, expected literal string"]),
+    ("sed = 7", &["1:1 a scenario has no 'sed'"]),
+    ("flavour = 1", &["1:1 a scenario has no 'flavour'"]),
+    ("seed = \"7\"", &["1:8 a whole number is expected, not a text"]),
+    ("seed = -1", &["1:8 this number is out of range"]),
+    ("seed = 1.5", &["1:8 a whole number is expected, not a decimal number"]),
+    ("seed = 99999999999999999999", &["1:8 this number is out of range"]),
+    ("bit_rate = 500", &["1:12 'bit_rate' cannot be a whole number"]),
+    ("bit_rate = \"300k\"", &["1:12 '300k' is no bit rate"]),
+    ("personality = \"p4\"", &["1:15 no drive is called 'p4'"]),
+    ("personality = \"roboteq\"", &["1:15 no drive is called 'roboteq'"]),
+    ("length = 10", &["1:10 the unit is missing"]),
+    ("length = \"0 s\"", &["1:10 0 s is out of range"]),
+    ("length = \"10 parsecs\"", &["1:10 'parsecs' is no unit of a time"]),
+    ("nodes = 3", &["1:9 'nodes' is a list of drives"]),
+    ("nodes = []", &["1:9 'nodes' is a list of drives"]),
+    ("nodes = [1, 128]", &["1:13 '128' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("nodes = [1, \"u1\", 1]", &["1:19 drive 1 is there twice"]),
+    ("nodes = [\"x\"]", &["1:10 'x' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("event = 1", &["1:1 events are a list"]),
+    ("[event]\nat = \"1 s\"", &["1:2 events are a list"]),
+    ("drive = 1", &["1:9 'drive' cannot be a whole number"]),
+    ("[drive.200]", &["1:8 '200' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[drive.x]", &["1:8 'x' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[drive.1]\npersonality = 3", &["2:15 'personality' cannot be a whole number"]),
+    ("[drive.1]\nmotor = 3", &["2:9 this cannot be a whole number"]),
+    ("[drive.1]\nmotr = {}", &["2:1 a drive has no 'motr'"]),
+    ("[drive.1.motor]\nphase_resistanc = \"1 ohm\"", &["2:1 'motor' has no parameter 'phase_resistanc'"]),
+    ("[drive.1.motor]\nphase_resistance = 6.55", &["2:20 the unit is missing"]),
+    ("[drive.1.motor]\nphase_resistance = \"6.55\"", &["2:20 '6.55' has no unit"]),
+    ("[drive.1.motor]\nphase_resistance = \"6.55 V\"", &["2:20 'V' is no unit of a resistance"]),
+    ("[drive.1.motor]\nphase_resistance = \"much\"", &["2:20 'much' is not a resistance"]),
+    ("[drive.1.motor]\nphase_resistance = \"-1 ohm\"", &["2:20 -1 ohm is out of range"]),
+    ("[drive.1.motor]\nphase_resistance = \"inf ohm\"", &["2:20 'inf ohm' is not a resistance"]),
+    ("[drive.1.motor]\nphase_resistance = true", &["2:20 a resistance is expected, not true or false"]),
+    ("[drive.1.motor]\npole_pairs = \"2\"", &["2:14 a whole number is expected, not a text"]),
+    ("[drive.1.motor]\npole_pairs = 0", &["2:14 0 is out of range"]),
+    ("[drive.1.motor]\npole_pairs = 1.5", &["2:14 a whole number is expected, not a decimal number"]),
+    ("[drive.1.encoder]\nreversed = 1", &["2:12 true or false is expected, not a whole number"]),
+    ("[drive.1.spread]\nmotor.phase_resistance = 10", &["2:26 the unit is missing"]),
+    ("[drive.1.spread]\nmotor.phase_resistance = \"150 %\"", &["2:26 150 % is out of range"]),
+    ("[drive.1.spread]\nencoder.reversed = \"10 %\"", &["2:20 'encoder.reversed' cannot be spread"]),
+    ("[drive.1.spread]\nfoo = 1", &["2:1 'spread' has no 'foo'"]),
+    ("[drive.1.stored]\n6065 = 1", &["2:1 '6065' is no object"]),
+    ("[drive.1.stored]\n\"0x6065\" = \"x\"", &["2:12 a whole number is expected, not a text"]),
+    ("[drive.1]\nstored = 5", &["2:10 'stored' cannot be a whole number"]),
+    ("[[event]]\n", &["1:1 this event does nothing", "1:1 when this happens is missing"]),
+    ("[[event]]\ndo = \"block-shaft\"\ndrive = 1\n", &["1:1 when this happens is missing"]),
+    ("[[event]]\nat = \"1 s\"\ndrive = 1\n", &["1:1 this event does nothing"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"explode\"\ndrive = 1", &["3:6 there is no act 'explode'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaf\"\ndrive = 1", &["3:6 there is no act 'block-shaf'"]),
+    ("[[event]]\nat = 1\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 the unit is missing"]),
+    ("[[event]]\nat = \"-1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 -1 s is out of range"]),
+    ("[[event]]\nat = \"1 V\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 'V' is no unit of a time"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"", &["1:1 block-shaft needs 'drive'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = \"every\"", &["4:9 'every' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 0", &["4:9 '0' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1", &["1:1 motor-supply needs 'to'"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\nto = \"2 kA\"", &["5:6 'kA' is no unit of a voltage"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\nto = \"2000 V\"", &["5:6 2 kV is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\nto = \"1 V\"", &["5:1 'to' has no meaning here"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"free-shaft\"\ndrive = 1\nfor = \"1 s\"", &["5:1 'for' has no meaning here"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"stop-sync\"\ndrive = 1", &["4:1 'drive' has no meaning here"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"stall-processor\"\ndrive = 1", &["1:1 stall-processor needs 'for'"]),
+    ("[[event]]\nat = \"1 s\"\nwhen = { state = \"fault\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["3:1 an event has one beginning, and 'at' is there already"]),
+    ("[[event]]\nat = \"1 s\"\ndelay = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["3:9 a delay has no meaning with a time"]),
+    ("[[event]]\nat = \"1 s\"\ntimes = 3\ndo = \"block-shaft\"\ndrive = 1\n", &["3:9 a time passes once"]),
+    ("[[event]]\nat = \"1 s\"\nevery = \"1 s\"\ntimes = 0\ndo = \"block-shaft\"\ndrive = 1\n", &["4:9 this number is out of range"]),
+    ("[[event]]\nat = \"1 s\"\nevery = \"0 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["3:9 0 s is out of range"]),
+    ("[[event]]\nat = \"1 s\"\nevery = \"1 s\"\nfor = \"2 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["4:7 it would last longer than the time between two"]),
+    ("[[event]]\nafter = \"sag\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:9 there is no event 'sag'"]),
+    ("[[event]]\nname = \"sag\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n[[event]]\nafter = \"sagg\"\ndo = \"block-shaft\"\ndrive = 1\n", &["7:9 there is no event 'sagg'"]),
+    ("[[event]]\nname = \"a\"\nafter = \"b\"\ndo = \"block-shaft\"\ndrive = 1\n[[event]]\nname = \"b\"\nafter = \"a\"\ndo = \"block-shaft\"\ndrive = 1\n", &["3:9 event \"a\" waits for itself, so it never happens", "8:9 event \"b\" waits for itself, so it never happens"]),
+    ("[[event]]\nname = \"a\"\nafter = \"a\"\ndo = \"block-shaft\"\ndrive = 1\n", &["3:9 event \"a\" waits for itself, so it never happens"]),
+    ("[[event]]\nname = \"a\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n[[event]]\nname = \"a\"\nat = \"2 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["7:8 line 1 has an event \"a\" already"]),
+    ("[[event]]\nname = 5\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 'name' cannot be a whole number"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n[[event]]\nat = \"1000 ms\"\ndo = \"free-shaft\"\ndrive = \"all\"\n", &["6:6 event 1 (line 1) sets the shaft at the same time to something else"]),
+    ("[[event]]\nat = \"1 s\"\ncolour = \"red\"\ndo = \"block-shaft\"\ndrive = 1\n", &["3:1 an event has no 'colour'"]),
+    ("[[event]]\nwhen = \"fault\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a condition cannot be a text"]),
+    ("[[event]]\nwhen = {}\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 this condition says nothing"]),
+    ("[[event]]\nwhen = { state = \"broken\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:18 'broken' is nothing that 'state' can be"]),
+    ("[[event]]\nwhen = { stat = \"fault\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:10 a condition has no 'stat'"]),
+    ("[[event]]\nwhen = { state = \"fault\", nmt = \"stopped\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 a condition is one thing, and 'state' is there already"]),
+    ("[[event]]\nwhen = { nmt = \"operatinal\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:16 'operatinal' is nothing that 'nmt' can be"]),
+    ("[[event]]\nwhen = { position = \"2 m\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:21 'm' is no unit of a position"]),
+    ("[[event]]\nwhen = { position = \"2 turns\", direction = \"left\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:44 'left' is nothing that 'direction' can be"]),
+    ("[[event]]\nwhen = { state = \"fault\", direction = \"up\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 a condition has no 'direction'"]),
+    ("[[event]]\nwhen = { speed_above = \"-1 rpm\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:24 -1 rpm is out of range"]),
+    ("[[event]]\nwhen = { emergency = 0x12345 }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:22 this number is out of range"]),
+    ("[[event]]\nwhen = { emergency = \"0x3120\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:22 a whole number is expected, not a text"]),
+    ("[[event]]\nwhen = { state = \"fault\", nth = 0 }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:33 this number is out of range"]),
+    ("[[event]]\nwhen = { state = \"fault\" }\ndo = \"stop-sync\"\n", &["2:8 which drive this condition looks at is missing"]),
+    ("[[event]]\nwhen = { frame = 0x181 }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:18 a frame cannot be a whole number"]),
+    ("[[event]]\nwhen = { frame = { id = 0x40000000 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:25 this number is out of range"]),
+    ("[[event]]\nwhen = { frame = { mask = 0x7FF } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 a mask needs an identifier"]),
+    ("[[event]]\nwhen = { frame = { id = 0x800, extended = false } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:43 this identifier has 29 bits, and extended says that it has 11"]),
+    ("[[event]]\nwhen = { frame = { data = \"1\" } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 '1' is no data"]),
+    ("[[event]]\nwhen = { frame = { data = \"?1\" } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 '?1' is no data"]),
+    ("[[event]]\nwhen = { frame = { from = \"inside\" } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 'inside' is no drive: a node ID is a number from 1 to 127; drives without one are called u1 to u127"]),
+    ("[[event]]\nwhen = { frame = { idd = 1 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:20 a frame has no 'idd'"]),
+    ("[[event]]\nwhen = { frame = { id = 1 }, drive = 1 }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:38 a frame has no drive"]),
+];
+
+/// Mistakes on a bus with drives 1 and 2, both P3s, in a run of 10 s.
+#[rustfmt::skip]
+const NOT_THERE: &[Case] = &[
+    ("[drive.4.motor]\npole_pairs = 2", &["1:8 there is no drive 4 on this bus"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 4", &["4:9 there is no drive 4 on this bus"]),
+    ("[[event]]\nwhen = { drive = 5, state = \"fault\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:18 there is no drive 5 on this bus"]),
+    ("[[event]]\nwhen = { frame = { from = 6 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 there is no drive 6 on this bus"]),
+    ("[[event]]\nat = \"30 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 this never happens: the run ends at 10 s"]),
+    ("[drive.1.stored]\n\"0x1234\" = 1", &["2:12 p3 has no object 0x1234"]),
+    ("[drive.1.stored]\n\"0x6041\" = 1", &["2:12 0x6041 cannot be stored"]),
+    ("[drive.1.stored]\n\"0x6060\" = 300", &["2:12 0x6060 cannot be stored"]),
+    ("[drive.1.motor]\nrotor_inertia = \"0 kg m2\"", &["2:17 no drive can be like this: Inertia(0.0)"]),
+];
+
+fn two_drives() -> BusSettings {
+    let node = |id| DriveSettings::new(NodeId::new(id).unwrap(), &P3);
+    BusSettings::new(1, vec![node(1), node(2)])
+}
+
+fn told(problems: &Problems) -> Vec<String> {
+    let problems = problems.list.iter();
+    problems
+        .map(|problem| {
+            assert!(!problem.remedy.is_empty());
+            format!("{}:{} {}", problem.line, problem.column, problem.what)
+        })
+        .collect()
+}
+
+#[test]
+fn mistakes_are_told_by_line_and_column() {
+    assert!(MISTAKES.len() + NOT_THERE.len() >= 60);
+    for (text, expected) in MISTAKES {
+        let problems = Scenario::read("f.toml", text).expect_err(text);
+        assert_eq!(told(&problems), *expected, "{text}");
+    }
+}
+
+#[test]
+fn what_these_drives_cannot_do_is_told_before_the_start() {
+    for (text, expected) in NOT_THERE {
+        let scenario = Scenario::read("f.toml", text).expect(text);
+        let end = Instant::ZERO.plus_ms(10_000);
+        let problems = scenario.set_up(&mut two_drives(), end).expect_err(text);
+        assert_eq!(told(&problems), *expected, "{text}");
+    }
+}
+
+#[test]
+fn a_message_shows_the_line_and_what_to_do() {
+    let text =
+        "[[event]]\nat = \"1 s\"\ndo = \"motor-supply\"\ndrive = 1\n\tto = \"\u{fc} 20 W\" # oh\n";
+    let problems = Scenario::read("sag.toml", text).unwrap_err();
+    assert_eq!(
+        problems.to_string(),
+        "sag.toml:5:7: '\u{fc} 20 W' is not a voltage\n  \
+         5 | \tto = \"\u{fc} 20 W\" # oh\n    \
+         | \t     ^^^^^^^^ write it in V, mV or kV, as in \"48 V\""
+    );
+    let text = "\r\nsed = 1\r\n";
+    let problems = Scenario::read("a.toml", text).unwrap_err();
+    assert_eq!(
+        problems.to_string(),
+        "a.toml:2:1: a scenario has no 'sed'\n  2 | sed = 1\n    | ^^^ did you mean 'seed'?"
+    );
+}
