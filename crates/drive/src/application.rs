@@ -12,6 +12,7 @@ use crate::command::{command, limits};
 use crate::configuration::{limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::phasing::PhasingWatch;
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
@@ -29,6 +30,7 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    phasing: PhasingWatch,
     seen: Seen,
     /// What the control half has not taken yet.
     new_command: bool,
@@ -72,6 +74,7 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
+            phasing: PhasingWatch::default(),
             seen: Seen::default(),
             new_command: true,
             new_limits: false,
@@ -130,8 +133,18 @@ impl Application {
         let targets = read_targets(image, &self.personality.axis);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
+        let scales = &self.hardware.scales;
+        let phasing_error = self.phasing.tick(
+            self.feedback.current_q_a,
+            self.feedback.velocity,
+            self.loops.rotor_amperes_per_acceleration,
+            self.loops.continuous_a,
+        );
         let seen = Observation {
             now,
+            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
+                + scales.motor_temperature_zero_c,
+            phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             signals: &self.signals,

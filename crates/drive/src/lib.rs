@@ -30,6 +30,7 @@ mod faults;
 pub mod flash;
 mod host;
 mod parameters;
+mod phasing;
 pub mod program;
 mod publish;
 mod serving;

@@ -140,6 +140,51 @@ pub(super) const ROWS: &[Row] = &[
         is_event: true,
     },
     Row {
+        cause: Cause::PositiveLimitSwitch,
+        prepare: |master| switch(master, 6, 1),
+        disable: Some(|master| switch(master, 6, 0)),
+        provoke: |master| press(master, 1 << 1),
+        cease: |master| master.drive(1).plant().set_inputs(0),
+        within_ms: (0.0, 5.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::NegativeLimitSwitch,
+        prepare: |master| switch(master, 7, 1),
+        disable: Some(|master| switch(master, 7, 0)),
+        provoke: |master| press(master, 1),
+        cease: |master| master.drive(1).plant().set_inputs(0),
+        within_ms: (0.0, 5.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::HomeSwitch,
+        prepare: |master| switch(master, 8, 1),
+        disable: Some(|master| switch(master, 8, 0)),
+        provoke: |master| press(master, 1 << 2),
+        cease: |master| master.drive(1).plant().set_inputs(0),
+        within_ms: (0.0, 5.0),
+        is_event: false,
+    },
+    Row {
+        cause: Cause::Homing,
+        prepare: |master| homing(master, 1),
+        disable: Some(|master| homing(master, 0)),
+        // Both limit switches at once: one of them is broken.
+        provoke: |master| {
+            master.drive(1).plant().set_inputs(0b11);
+            if master.state(1) != OPERATION_ENABLED {
+                return;
+            }
+            master.write(1, 0x6060, 0, &[6]);
+            master.write_u16(1, 0x6040, 0, 0x0F);
+            master.write_u16(1, 0x6040, 0, 0x1F);
+        },
+        cease: |master| master.drive(1).plant().set_inputs(0),
+        within_ms: (0.0, 10.0),
+        is_event: true,
+    },
+    Row {
         cause: Cause::VelocityTrackingWarning,
         prepare: |master| tracking(master, [(0x606D, 2_000), (0x606E, 50)], 3),
         disable: Some(|master| tracking(master, [(0x606D, 0), (0x606E, 50)], 3)),
@@ -149,6 +194,27 @@ pub(super) const ROWS: &[Row] = &[
         is_event: false,
     },
 ];
+
+/// A switch that is a fault while the axis moves, in profile velocity mode.
+fn switch(master: &mut Master, which: u8, on: u8) {
+    master.write(1, 0x2410, which, &[on]);
+    enable(master, 3);
+}
+
+fn press(master: &mut Master, inputs: u32) {
+    master.drive(1).plant().set_inputs(inputs);
+    if master.state(1) == OPERATION_ENABLED {
+        // Idle and homing ignore the switches.
+        master.write(1, 0x6060, 0, &[3]);
+    }
+}
+
+/// Ready for homing to the negative limit switch.
+fn homing(master: &mut Master, on: u8) {
+    master.write(1, 0x2410, 12, &[on]);
+    master.write(1, 0x6098, 0, &[17]);
+    enable(master, 6);
+}
 
 fn soft_stops(master: &mut Master, switch: u8, on: u8) {
     master.write(1, 0x2410, switch, &[on]);
