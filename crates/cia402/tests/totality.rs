@@ -109,7 +109,10 @@ fn anything_may_be_written_at_any_time() {
                     axis.fault_reaction(&configuration, &targets, &actual)
                 }
                 30 => {
-                    let mode = random.below(14) as i8 - 2;
+                    let mode = match random.below(4) {
+                        0 => 6,
+                        _ => random.below(14) as i8 - 2,
+                    };
                     let _ = axis.write_mode(mode, &configuration, &targets, &actual);
                 }
                 31..=33 => {
@@ -156,6 +159,6 @@ fn anything_may_be_written_at_any_time() {
             assert_eq!(status.state(), Some(axis.state()));
         }
         assert!(enabled > 100_000, "{enabled}");
-        assert!(homed > 100, "{homed}");
+        assert!(homed > 5, "{homed}");
     }
 }
