@@ -7,9 +7,8 @@ use super::*;
 pub(super) const ROWS: &[Row] = &[
     Row {
         cause: Cause::WatchdogReset,
+        how: "the processor hangs; 20 ms later the watchdog resets it",
         prepare: nothing,
-        // P46: the faithful drive has no object for it.
-        disable: None,
         provoke: |master| {
             let now = master.now();
             master.drive(1).hang(now);
@@ -21,8 +20,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::ParameterError,
+        how: "a pole count of 3 is written, which no motor has",
         prepare: nothing,
-        disable: None,
         // No motor has an odd number of poles; the range of the object does not know.
         provoke: |master| master.write(1, 0x3011, 3, &[3]),
         cease: |master| master.write(1, 0x3011, 3, &[2]),
@@ -31,8 +30,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::EncoderFeedback,
+        how: "every answer of the encoder has a wrong check sum",
         prepare: |master| enable(master, 3),
-        disable: None,
         provoke: |master| {
             let plant = master.drive(1).plant();
             plant.set_encoder_fault(EncoderFault::BadParity);
@@ -46,8 +45,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::MagnetDistance,
+        how: "the magnet is moved from 1 mm to 2.5 mm, and in another test to 0.1 mm",
         prepare: |master| master.write(1, 0x2403, 0, &[1]),
-        disable: Some(|master| master.write(1, 0x2403, 0, &[0])),
         // Too far away for a good field, near enough for an angle.
         provoke: |master| master.drive(1).plant().set_magnet_mm(2.5),
         cease: |master| master.drive(1).plant().set_magnet_mm(1.0),
@@ -56,12 +55,12 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::ShortCircuit,
+        how: "phase B touches the negative rail while the motor turns; in another test phase A the negative, phase C the positive, and B touches C",
         prepare: |master| {
             enable(master, 3);
             master.write_i32(1, 0x60FF, 0, 20_000);
             master.run_ms(100);
         },
-        disable: None,
         provoke: |master| {
             let plant = master.drive(1).plant();
             plant.set_short(Some(Short::ToNegative(Phase::B)));
@@ -72,11 +71,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::AmplifierTemperature,
+        how: "the amplifier is heated from 25 degC to 100 degC at once",
         prepare: |master| enable(master, 3),
-        disable: Some(|master| {
-            master.write(1, 0x2384, 9, &[0]);
-            enable(master, 3);
-        }),
         // 25 to 100 degC at once: the 18 Hz filter passes 85 degC after ln(75/15)/(2π·18) = 14.2 ms.
         provoke: |master| master.drive(1).plant().set_amplifier_temperature_c(100.0),
         cease: |master| master.drive(1).plant().set_amplifier_temperature_c(25.0),

@@ -28,14 +28,11 @@ fn quarrel(master: &mut Master, on: u8) {
 pub(super) const ROWS: &[Row] = &[
     Row {
         cause: Cause::SyncLoss,
+        how: "no SYNC comes any more",
         prepare: |master| {
             master.send(0x80, &[]);
             master.write_u16(1, 0x2406, 0, 100);
         },
-        disable: Some(|master| {
-            master.send(0x80, &[]);
-            master.write_u16(1, 0x2406, 0, 0);
-        }),
         // 20 ms of the time have passed already.
         provoke: nothing,
         cease: |master| master.write_u16(1, 0x2406, 0, 0),
@@ -44,8 +41,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::CanOverrun,
+        how: "the processor is busy for 6 ms while 30 frames come in",
         prepare: |master| master.write(1, 0x2404, 0, &[1]),
-        disable: Some(|master| master.write(1, 0x2404, 0, &[0])),
         provoke: |master| {
             let until = master.now().plus_ms(6);
             master.drive(1).stall_until(until);
@@ -57,8 +54,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::BusOffRecovered,
+        how: "two drives answer a SYNC with one identifier and different data, until both are bus-off",
         prepare: |master| quarrel(master, 1),
-        disable: Some(|master| quarrel(master, 0)),
         provoke: |master| {
             // A long frame behind the SYNC, at whose end both answers begin in the same bit.
             master.send(0x80, &[]);
@@ -72,6 +69,7 @@ pub(super) const ROWS: &[Row] = &[
     // What follows the faithful P3 does not watch.
     Row {
         cause: Cause::HeartbeatLost,
+        how: "the node that is watched stops its heartbeat",
         prepare: |master| {
             // Node 9 within 50 ms; it beats.
             master.write_u16(9, 0x1017, 0, 20);
@@ -80,7 +78,6 @@ pub(super) const ROWS: &[Row] = &[
             master.write(1, 0x1029, 1, &[1]);
             master.run_ms(100);
         },
-        disable: None,
         provoke: |master| master.write_u16(9, 0x1017, 0, 0),
         cease: |master| master.write_u16(9, 0x1017, 0, 20),
         within_ms: (30.0, 55.0),
@@ -88,8 +85,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PdoTooShort,
+        how: "an RPDO with one byte comes where two are mapped",
         prepare: listen,
-        disable: None,
         provoke: |master| master.send(0x201, &[0x06]),
         // A right one ends it.
         cease: |master| master.send(0x201, &[0x06, 0]),
@@ -98,8 +95,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PdoTooLong,
+        how: "an RPDO with four bytes comes where two are mapped",
         prepare: listen,
-        disable: None,
         provoke: |master| master.send(0x201, &[0x06, 0, 0, 0]),
         // A right one ends it.
         cease: |master| master.send(0x201, &[0x06, 0]),
@@ -108,8 +105,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::SyncLength,
+        how: "a SYNC without a counter comes where one is expected",
         prepare: |master| master.write(1, 0x1019, 0, &[10]),
-        disable: None,
         // A SYNC with a counter is expected.
         provoke: |master| master.send(0x80, &[]),
         cease: |master| master.send(0x80, &[1]),
@@ -118,13 +115,13 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::RpdoTimeout,
+        how: "an RPDO does not come again within its 40 ms",
         prepare: |master| {
             listen(master);
             master.write_u16(1, 0x1400, 5, 40);
             // The time runs from the first reception.
             master.send(0x201, &[0x06, 0]);
         },
-        disable: None,
         provoke: nothing,
         cease: |master| {
             master.send(0x201, &[0x06, 0]);

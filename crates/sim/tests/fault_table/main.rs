@@ -12,6 +12,7 @@ mod board;
 mod bus;
 mod motion;
 mod motor;
+mod page;
 mod supply;
 
 use canopen::Instant;
@@ -23,10 +24,10 @@ use sim::DriveSettings;
 #[derive(Clone, Copy)]
 struct Row {
     cause: Cause,
+    /// How it is brought about, for docs/faults.md.
+    how: &'static str,
     /// Sets thresholds and brings the drive to where the cause can act.
     prepare: fn(&mut Master),
-    /// The same with the row's object at zero; `None` where no object disables it.
-    disable: Option<fn(&mut Master)>,
     /// Brings the cause about.
     provoke: fn(&mut Master),
     /// Takes it away.
@@ -130,16 +131,43 @@ fn prove(personality: &'static Personality, row: &Row) {
         Kind::Fault => prove_fault(&mut master, row, table, &name),
         Kind::Warning => prove_warning(&mut master, row, table, &name),
     }
-    if let Some(disable) = row.disable {
-        let mut master = one(personality);
-        disable(&mut master);
-        master.run_ms(20);
-        master.log.clear();
-        (row.provoke)(&mut master);
-        master.run_ms((2.0 * not_after).ceil().min(3000.0) as u64);
-        let came = emergencies(&master, table.code);
-        assert!(came.is_empty(), "{name}: disabled, and yet {came:?}");
+    prove_disabled(personality, row, table, &name);
+}
+
+/// "To disable a warning/fault, set its value to zero" (P3, important notes).
+fn prove_disabled(personality: &'static Personality, row: &Row, table: &FaultRow, name: &str) {
+    let objects = match table.switch {
+        Switch::Always | Switch::Off => return,
+        Switch::Object(object) => vec![object],
+        Switch::Either(one, other) => vec![one, other],
+    };
+    let mut master = one(personality);
+    (row.prepare)(&mut master);
+    for object in objects {
+        let (index, sub) = address(personality, object.field);
+        let size = usize::from(object.field.size());
+        master.write(1, index, sub, &[0; 4][..size]);
     }
+    // Also for the errors of a start.
+    master.write(1, 0x1010, 1, &SAVE);
+    master.run_ms(20);
+    master.log.clear();
+    (row.provoke)(&mut master);
+    master.run_ms((2.0 * row.within_ms.1).ceil() as u64);
+    let came = emergencies(&master, table.code);
+    assert!(came.is_empty(), "{name}: disabled, and yet {came:02X?}");
+}
+
+/// Index and sub-index of a place in the image.
+fn address(personality: &Personality, field: canopen::Field) -> (u16, u8) {
+    let place = |index, sub| match personality.name {
+        "p3" => personalities::p3::OBJECTS.field(index, sub),
+        _ => personalities::p3_extended::OBJECTS.field(index, sub),
+    };
+    let rows = personality.device.table.rows().iter();
+    let mut addresses = rows.map(|row| (row.address.index, row.address.sub));
+    let found = addresses.find(|(index, sub)| place(*index, *sub) == Some(field));
+    found.unwrap_or_else(|| panic!("no row of {field:?}"))
 }
 
 fn prove_fault(master: &mut Master, row: &Row, table: &FaultRow, name: &str) {

@@ -52,8 +52,8 @@ fn tracking(master: &mut Master, windows: [(u16, u32); 2], mode: u8) {
 pub(super) const ROWS: &[Row] = &[
     Row {
         cause: Cause::VelocityTrackingFault,
+        how: "the shaft is blocked, and 20,000 counts/s asked for",
         prepare: |master| tracking(master, [(0x2104, 10_000), (0x2105, 50)], 3),
-        disable: Some(|master| tracking(master, [(0x2104, 0), (0x2105, 50)], 3)),
         provoke: turn_blocked,
         cease: let_turn,
         within_ms: (50.0, 75.0),
@@ -61,8 +61,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PositionTrackingWarning,
+        how: "the shaft is blocked, and a target 3,000 counts away given",
         prepare: |master| tracking(master, [(0x6065, 200), (0x6066, 50)], 1),
-        disable: Some(|master| tracking(master, [(0x6065, 0), (0x6066, 50)], 1)),
         provoke: go_blocked,
         cease: free,
         within_ms: (50.0, 100.0),
@@ -70,8 +70,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PositionTrackingFault,
+        how: "the shaft is blocked, and a target 3,000 counts away given",
         prepare: |master| tracking(master, [(0x2120, 500), (0x2121, 50)], 1),
-        disable: Some(|master| tracking(master, [(0x2120, 0), (0x2121, 50)], 1)),
         provoke: go_blocked,
         cease: free,
         within_ms: (50.0, 120.0),
@@ -79,14 +79,11 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::VelocityLimit,
+        how: "40,000 counts/s are asked for where 30,000 are the limit",
         prepare: |master| {
             master.write_i32(1, 0x6046, 1, 30_000);
             enable(master, 3);
         },
-        disable: Some(|master| {
-            master.write_i32(1, 0x6046, 1, 0);
-            enable(master, 3);
-        }),
         provoke: |master| master.write_i32(1, 0x60FF, 0, 40_000),
         cease: |master| master.write_i32(1, 0x60FF, 0, 10_000),
         within_ms: (5.0, 60.0),
@@ -94,15 +91,11 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::AccelerationLimit,
+        how: "a change of velocity is asked for faster than 0x60C5 allows",
         prepare: |master| {
             master.write_i32(1, 0x60C5, 0, 50_000);
             enable(master, 3);
         },
-        disable: Some(|master| {
-            master.write_i32(1, 0x60C5, 0, 0);
-            master.write_i32(1, 0x60C6, 0, 0);
-            enable(master, 3);
-        }),
         provoke: |master| master.write_i32(1, 0x60FF, 0, 40_000),
         cease: |master| master.write_i32(1, 0x60FF, 0, 1_000),
         within_ms: (0.0, 20.0),
@@ -110,8 +103,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PositiveSoftStop,
+        how: "a target beyond 0x607D,2 is given",
         prepare: |master| soft_stops(master, 9, 1),
-        disable: Some(|master| soft_stops(master, 9, 0)),
         provoke: |master| go(master, 50_000),
         cease: |master| go(master, 0),
         within_ms: (0.0, 20.0),
@@ -119,8 +112,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::NegativeSoftStop,
+        how: "a target beyond 0x607D,1 is given",
         prepare: |master| soft_stops(master, 10, 1),
-        disable: Some(|master| soft_stops(master, 10, 0)),
         provoke: |master| go(master, -50_000),
         cease: |master| go(master, 0),
         within_ms: (0.0, 20.0),
@@ -128,8 +121,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PositionWrapped,
+        how: "the motor turns on where the position is 5,000 counts from the end of its 32 bits",
         prepare: |master| wrap(master, 1),
-        disable: Some(|master| wrap(master, 0)),
         provoke: |master| {
             if master.state(1) == OPERATION_ENABLED {
                 master.write_i32(1, 0x60FF, 0, 50_000);
@@ -141,8 +134,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::PositiveLimitSwitch,
+        how: "the positive limit switch is pressed in profile velocity mode",
         prepare: |master| switch(master, 6, 1),
-        disable: Some(|master| switch(master, 6, 0)),
         provoke: |master| press(master, 1 << 1),
         cease: |master| master.drive(1).plant().set_inputs(0),
         within_ms: (0.0, 5.0),
@@ -150,8 +143,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::NegativeLimitSwitch,
+        how: "the negative limit switch is pressed in profile velocity mode",
         prepare: |master| switch(master, 7, 1),
-        disable: Some(|master| switch(master, 7, 0)),
         provoke: |master| press(master, 1),
         cease: |master| master.drive(1).plant().set_inputs(0),
         within_ms: (0.0, 5.0),
@@ -159,8 +152,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::HomeSwitch,
+        how: "the home switch is pressed in profile velocity mode",
         prepare: |master| switch(master, 8, 1),
-        disable: Some(|master| switch(master, 8, 0)),
         provoke: |master| press(master, 1 << 2),
         cease: |master| master.drive(1).plant().set_inputs(0),
         within_ms: (0.0, 5.0),
@@ -168,8 +161,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::Homing,
+        how: "both limit switches are pressed as homing begins",
         prepare: |master| homing(master, 1),
-        disable: Some(|master| homing(master, 0)),
         // Both limit switches at once: one of them is broken.
         provoke: |master| {
             master.drive(1).plant().set_inputs(0b11);
@@ -186,8 +179,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::VelocityTrackingWarning,
+        how: "the shaft is blocked, and 20,000 counts/s asked for",
         prepare: |master| tracking(master, [(0x606D, 2_000), (0x606E, 50)], 3),
-        disable: Some(|master| tracking(master, [(0x606D, 0), (0x606E, 50)], 3)),
         provoke: turn_blocked,
         cease: let_turn,
         within_ms: (50.0, 75.0),

@@ -8,6 +8,7 @@ const HALF_TURN: i32 = i32::MIN;
 pub(super) const ROWS: &[Row] = &[
     Row {
         cause: Cause::CurrentLimit,
+        how: "the shaft is blocked, and rated torque asked for: 0.73 A where 0.3 A are allowed for ever",
         prepare: |master| {
             // 0.3 A continuous, 1 A peak for 100 ms (P30: 1·0.1/(0.73² - 0.3²) = 0.226 s).
             master.write_u16(1, 0x2111, 0, 30);
@@ -16,11 +17,6 @@ pub(super) const ROWS: &[Row] = &[
             enable(master, 4);
             master.drive(1).plant().set_blocked(true);
         },
-        disable: Some(|master| {
-            master.write_u16(1, 0x2111, 0, 0);
-            enable(master, 4);
-            master.drive(1).plant().set_blocked(true);
-        }),
         provoke: |master| master.write_i16(1, 0x6071, 0, 1000),
         cease: |master| master.write_i16(1, 0x6071, 0, 0),
         within_ms: (200.0, 280.0),
@@ -28,14 +24,11 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::MotorPhasing,
+        how: "the encoder's magnet slips half a turn on the shaft, so that a torque drives the rotor backwards",
         prepare: |master| {
             master.write(1, 0x2410, 5, &[1]);
             enable(master, 4);
         },
-        disable: Some(|master| {
-            master.write(1, 0x2410, 5, &[0]);
-            enable(master, 4);
-        }),
         // The magnet slips half a turn, an electrical half turn of this motor.
         provoke: |master| {
             master.drive(1).plant().slip_magnet(HALF_TURN);

@@ -5,8 +5,8 @@ use super::*;
 pub(super) const ROWS: &[Row] = &[
     Row {
         cause: Cause::BusOverVoltage,
+        how: "the motor supply rises from 48 V to 60 V",
         prepare: nothing,
-        disable: Some(|master| master.write_u16(1, 0x2384, 6, 0)),
         provoke: |master| master.drive(1).plant().set_supply_v(60.0),
         cease: |master| master.drive(1).plant().set_supply_v(48.0),
         // "for more than 450 ms" (P3 l.1043), behind the smoothing of the reading.
@@ -15,8 +15,8 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::BusUnderVoltage,
+        how: "the motor supply falls from 48 V to 12 V",
         prepare: nothing,
-        disable: Some(|master| master.write_u16(1, 0x2384, 7, 0)),
         provoke: |master| master.drive(1).plant().set_supply_v(12.0),
         cease: |master| master.drive(1).plant().set_supply_v(48.0),
         within_ms: (450.0, 475.0),
