@@ -485,6 +485,7 @@ impl Axis {
             },
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
+            angle: actual.electrical_angle,
             left_ns: 0,
         };
         // A demand not yet taken is not yet in the control half's answers.
@@ -506,6 +507,16 @@ impl Axis {
                 torque_is_demand: true,
                 ..motor
             },
+            Demand::TorqueWithAngle { angle, .. } => Present {
+                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
+                angle,
+                left_ns: match (self.fresh, self.demand) {
+                    (true, Demand::TorqueWithAngle { duration_ns, .. }) => duration_ns,
+                    _ => actual.demand_left_ns,
+                },
+                ..motor
+            },
+            Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
             Demand::Velocity { .. } => Present {
                 velocity: demand_velocity,
                 ..motor

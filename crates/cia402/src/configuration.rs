@@ -274,6 +274,12 @@ pub struct Targets {
     pub velocity_offset: i32,
     /// Torque offset, per mille of rated torque (0x60B2); cyclic modes.
     pub torque_offset_pm: i16,
+    /// Electrical angle, 1/65,536 turn (0x60EA); modes 11 and 12.
+    pub angle: i16,
+    /// Voltage of the d axis, 1/32,768 of the longest vector (P3: 0x3010,4); mode 12.
+    pub voltage_d: i16,
+    /// Voltage of the q axis, in the same unit (P3: 0x3010,5); mode 12.
+    pub voltage_q: i16,
 }
 
 /// Which target object has been received.
@@ -285,6 +291,10 @@ pub enum Target {
     Velocity,
     /// 0x6071
     Torque,
+    /// 0x60EA
+    Angle,
+    /// P3: 0x3010,4 or 0x3010,5
+    PhaseVoltage,
 }
 
 /// What the control half knows. The demand values are those that the next control boundary would
@@ -306,6 +316,8 @@ pub struct Actual {
     pub demand_velocity: f32,
     /// Torque demand, per mille; looked at while the demand is a torque.
     pub demand_torque_pm: f32,
+    /// Electrical angle of the frame in which the voltage is made, 1/65,536 turn.
+    pub electrical_angle: i16,
     /// How long the demand's segment will still last, ns; 0 if it has ended.
     pub demand_left_ns: u32,
     /// The controllers are at a limit of torque, current, voltage or speed.

@@ -21,6 +21,27 @@ pub enum Demand {
         /// Length of the segment.
         duration_ns: u32,
     },
+    /// Torque control in an electrical frame from outside: the torque's current flows a quarter of
+    /// an electrical turn before `angle`.
+    TorqueWithAngle {
+        /// Electrical angle of the frame's d axis from phase A, 1/65,536 turn.
+        angle: i16,
+        /// Per mille of rated torque.
+        start_pm: f32,
+        /// Per mille of rated torque per second.
+        slope_pm_per_s: f32,
+        /// Length of the segment.
+        duration_ns: u32,
+    },
+    /// A voltage vector in an electrical frame from outside; no controller.
+    PhaseVoltage {
+        /// Electrical angle of the frame's d axis from phase A, 1/65,536 turn.
+        angle: i16,
+        /// Voltage of the d axis, 1/32,768 of the longest vector that the supply allows.
+        voltage_d: i16,
+        /// Voltage of the q axis, in the same unit.
+        voltage_q: i16,
+    },
     /// Velocity control.
     Velocity {
         /// Counts/s.
@@ -71,11 +92,17 @@ impl Demand {
         // At its very end a segment still has its slope; only a late successor finds it at rest.
         let running = |duration: u32| elapsed_ns <= duration;
         match *self {
-            Demand::Off | Demand::Idle => Point::default(),
+            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Point::default(),
             Demand::Torque {
                 start_pm,
                 slope_pm_per_s,
                 duration_ns,
+            }
+            | Demand::TorqueWithAngle {
+                start_pm,
+                slope_pm_per_s,
+                duration_ns,
+                ..
             } => Point {
                 torque_pm: (f64::from(start_pm) + f64::from(slope_pm_per_s) * time(duration_ns))
                     as f32,
@@ -122,8 +149,9 @@ impl Demand {
     /// Whether the values change with time.
     pub(crate) fn moves(&self) -> bool {
         match *self {
-            Demand::Off | Demand::Idle => false,
+            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => false,
             Demand::Torque { duration_ns, .. }
+            | Demand::TorqueWithAngle { duration_ns, .. }
             | Demand::Velocity { duration_ns, .. }
             | Demand::Position { duration_ns, .. } => duration_ns > 0,
         }

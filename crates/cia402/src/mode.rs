@@ -29,6 +29,8 @@ impl Mode {
     pub const CYCLIC_TORQUE: Mode = Mode(10);
     /// Cyclic synchronous torque with commutation angle, CSTCA.
     pub const CYCLIC_TORQUE_WITH_ANGLE: Mode = Mode(11);
+    /// The P3's phase voltage with angle; reserved in CiA 402.
+    pub const PHASE_VOLTAGE_WITH_ANGLE: Mode = Mode(12);
 
     /// The field's name, in lower case; `None` for reserved and makers' own modes.
     pub const fn name(self) -> Option<&'static str> {
@@ -44,6 +46,7 @@ impl Mode {
             Mode::CYCLIC_VELOCITY => "cyclic velocity",
             Mode::CYCLIC_TORQUE => "cyclic torque",
             Mode::CYCLIC_TORQUE_WITH_ANGLE => "cyclic torque with angle",
+            Mode::PHASE_VOLTAGE_WITH_ANGLE => "phase voltage with angle",
             _ => return None,
         })
     }
@@ -75,7 +78,9 @@ impl ModeSet {
         .with(Mode::HOMING)
         .with(Mode::CYCLIC_POSITION)
         .with(Mode::CYCLIC_VELOCITY)
-        .with(Mode::CYCLIC_TORQUE);
+        .with(Mode::CYCLIC_TORQUE)
+        .with(Mode::CYCLIC_TORQUE_WITH_ANGLE)
+        .with(Mode::PHASE_VOLTAGE_WITH_ANGLE);
 
     /// Modes 0 to 15 at their number, −1 to −16 at 16 to 31.
     const fn flag(mode: Mode) -> u32 {

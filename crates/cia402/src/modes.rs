@@ -4,9 +4,11 @@ mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
 mod homing;
+mod phase_voltage;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
+mod torque_with_angle;
 
 use crate::path::Present;
 use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
@@ -14,9 +16,11 @@ use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
 pub(crate) use homing::Homing;
+use phase_voltage::PhaseVoltage;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+use torque_with_angle::TorqueWithAngle;
 
 /// What a generator may look at.
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +120,8 @@ pub(crate) enum Motion {
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
+    TorqueWithAngle(TorqueWithAngle),
+    PhaseVoltage(PhaseVoltage),
 }
 
 impl Motion {
@@ -131,6 +137,8 @@ impl Motion {
             Mode::CYCLIC_POSITION => Motion::CyclicPosition(CyclicPosition::new(inputs)),
             Mode::CYCLIC_VELOCITY => Motion::CyclicVelocity(CyclicVelocity::new(inputs)),
             Mode::CYCLIC_TORQUE => Motion::CyclicTorque(CyclicTorque::new(inputs)),
+            Mode::CYCLIC_TORQUE_WITH_ANGLE => Motion::TorqueWithAngle(TorqueWithAngle::new(inputs)),
+            Mode::PHASE_VOLTAGE_WITH_ANGLE => Motion::PhaseVoltage(PhaseVoltage::new(inputs)),
             _ => Motion::IDLE,
         }
     }
@@ -145,6 +153,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 
@@ -158,6 +168,8 @@ impl Motion {
             Motion::CyclicPosition(mode) => mode,
             Motion::CyclicVelocity(mode) => mode,
             Motion::CyclicTorque(mode) => mode,
+            Motion::TorqueWithAngle(mode) => mode,
+            Motion::PhaseVoltage(mode) => mode,
         }
     }
 }

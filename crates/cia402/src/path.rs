@@ -22,6 +22,8 @@ pub(crate) struct Present {
     pub(crate) torque_pm: f64,
     /// Whether the torque is a demand, not a measurement.
     pub(crate) torque_is_demand: bool,
+    /// Where the electrical frame stands, 1/65,536 turn.
+    pub(crate) angle: i16,
     /// How long the segment in force will still last, ns.
     pub(crate) left_ns: u32,
 }

@@ -214,6 +214,8 @@ fn other_modes_and_drives_do_not_look_at_the_bit() {
         Mode::CYCLIC_POSITION,
         Mode::CYCLIC_VELOCITY,
         Mode::CYCLIC_TORQUE,
+        Mode::CYCLIC_TORQUE_WITH_ANGLE,
+        Mode::PHASE_VOLTAGE_WITH_ANGLE,
     ] {
         let run = |word: u16| {
             let mut rig = Rig::enabled(&STANDARD, mode);

@@ -61,7 +61,8 @@ pub struct FrameSource<R: Real> {
     pub angle_given: R::Mask,
     /// Electrical angle of the d axis from phase A; 2³² are one turn.
     pub angle: R::Count,
-    /// `voltage_d_v` and `voltage_q_v` are applied and no loop is closed (P3 mode 12).
+    /// `voltage_d_v` and `voltage_q_v` are applied and no loop is closed (P3 mode 12). The vector
+    /// gives way only where its current exceeds the limit: the command's, the amplifier's or I²t's.
     pub voltage_given: R::Mask,
     /// Voltage of the d axis, V of phase amplitude.
     pub voltage_d_v: R,

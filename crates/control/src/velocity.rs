@@ -84,6 +84,7 @@ pub struct Encoder<R: Real> {
     /// User direction: 1 or −1.
     polarity: R::Count,
     rate_hz: R,
+    period_s: R,
     in_loop: Steps<R>,
     reported: Steps<R>,
 }
@@ -104,6 +105,7 @@ impl<R: Real> Encoder<R> {
             half_turn: counts * R::splat(0.5),
             polarity,
             rate_hz: R::splat(1.0) / period_s,
+            period_s,
             in_loop: Steps::of(in_loop, period_s, counts),
             reported: Steps::of(reported, period_s, counts),
         }
@@ -120,6 +122,10 @@ pub struct Tracker<R: Real> {
     velocity: R,
     part: R,
     reported: R,
+    /// The last reading came from the encoder; else it was foretold.
+    seen: R::Mask,
+    /// What a foretold position is off the whole count, counts.
+    fraction: R,
 }
 
 impl<R: Real> Tracker<R> {
@@ -134,13 +140,50 @@ impl<R: Real> Tracker<R> {
             velocity: R::splat(0.0),
             part: R::splat(0.0),
             reported: R::splat(0.0),
+            seen: R::Mask::splat(true),
+            fraction: R::splat(0.0),
         }
     }
 
-    /// Takes the encoder's reading, 0 to counts per turn − 1. Between two readings the shaft moves
-    /// by less than half a turn.
+    /// Takes the encoder's reading, 0 to counts per turn − 1, if it is valid. Between two readings
+    /// the shaft moves by less than half a turn.
+    ///
+    /// In place of an invalid reading stands the one that the last velocity leads to; the velocity
+    /// stays. The next valid reading corrects the position, and the velocity follows from the one
+    /// after, so what the prediction was off by is not taken for motion.
     #[inline(always)]
-    pub fn update(&mut self, encoder: &Encoder<R>, raw: R::Count) {
+    pub fn update(&mut self, encoder: &Encoder<R>, raw: R::Count, valid: R::Mask) {
+        let unseen = !(valid & self.seen);
+        // A shortcut that changes no bit.
+        if unseen.any() {
+            let raw = R::count_select(valid, raw, self.foretell(encoder, valid));
+            let (velocity, reported) = (self.velocity, self.reported);
+            let started = self.started | valid;
+            self.take(encoder, raw);
+            self.velocity = R::select(unseen, velocity, self.velocity);
+            self.reported = R::select(unseen, reported, self.reported);
+            self.started = started;
+            self.seen = valid;
+        } else {
+            self.take(encoder, raw);
+        }
+    }
+
+    /// The reading that the velocity leads to, where there is no valid one.
+    fn foretell(&mut self, encoder: &Encoder<R>, valid: R::Mask) -> R::Count {
+        let ahead = self.velocity * encoder.period_s + self.fraction;
+        let moved = (ahead + R::splat(0.5)).floor();
+        self.fraction = R::select(valid, R::splat(0.0), ahead - R::of_count(moved)).sane();
+        let raw = R::count_add(self.raw, R::count_mul(moved, encoder.polarity));
+        let (turn, beyond) = (encoder.counts_per_turn, R::of_count(raw));
+        let above = R::of_count(turn).le(beyond);
+        let raw = R::count_select(above, R::count_sub(raw, turn), raw);
+        let below = beyond.lt(R::splat(0.0));
+        R::count_select(below, R::count_add(raw, turn), raw)
+    }
+
+    #[inline(always)]
+    fn take(&mut self, encoder: &Encoder<R>, raw: R::Count) {
         let jump = R::count_sub(raw, self.raw);
         // Exact: readings are far below 2²⁴.
         let size = R::of_count(jump);
@@ -190,7 +233,8 @@ impl<R: Real> Tracker<R> {
         self.reported
     }
 
-    /// The last reading.
+    /// The last reading, or what stands in its place.
+    #[inline(always)]
     pub fn raw(&self) -> R::Count {
         self.raw
     }
@@ -235,7 +279,7 @@ mod tests {
         let mut sums = [(0.0, 0.0); 2];
         for period in 0..periods {
             let angle = 0.37 + speed * 50e-6 * period as f64;
-            tracker.update(&encoder, angle.rem_euclid(4096.0) as i32);
+            tracker.update(&encoder, angle.rem_euclid(4096.0) as i32, true);
             if period >= periods / 2 {
                 for (sum, value) in sums
                     .iter_mut()
@@ -305,7 +349,7 @@ mod tests {
     fn position_counts_turns_both_ways_and_wraps() {
         let encoder = encoder(1);
         let mut tracker = Tracker::<f32>::new();
-        tracker.update(&encoder, 4000);
+        tracker.update(&encoder, 4000, true);
         assert_eq!((tracker.position(), tracker.velocity()), (4000, 0.0));
         for (raw, position) in [
             (100, 4196),
@@ -315,11 +359,11 @@ mod tests {
             (2042, 2042),
             (4089, 4089),
         ] {
-            tracker.update(&encoder, raw);
+            tracker.update(&encoder, raw, true);
             assert_eq!(tracker.position(), position, "at {raw}");
         }
         tracker.preset(i32::MAX);
-        tracker.update(&encoder, 4090);
+        tracker.update(&encoder, 4090, true);
         assert_eq!(tracker.position(), i32::MIN);
     }
 
@@ -327,8 +371,8 @@ mod tests {
     fn a_reversed_user_direction_reverses_everything() {
         let reversed = encoder(-1);
         let mut tracker = Tracker::<f32>::new();
-        tracker.update(&reversed, 10);
-        tracker.update(&reversed, 13);
+        tracker.update(&reversed, 10, true);
+        tracker.update(&reversed, 13, true);
         assert_eq!((tracker.position(), tracker.raw()), (-13, 13));
         assert!(tracker.velocity() < 0.0 && tracker.reported() < 0.0);
         let before = tracker.velocity();
@@ -337,13 +381,65 @@ mod tests {
     }
 
     #[test]
+    fn invalid_readings_are_foretold_and_do_not_jerk() {
+        for polarity in [1, -1] {
+            for speed in [3_000.0, -880_000.0] {
+                let encoder = encoder(polarity);
+                let mut tracker = Tracker::<f32>::new();
+                let angle = |period: i32| speed * 50e-6 * f64::from(period) + 0.5;
+                let (mut worst, mut jerk) = (0.0_f64, 0.0_f32);
+                for period in 0..4_000 {
+                    // Every other ms blind, after the estimate has settled.
+                    let valid = period < 2_000 || period % 40 < 20;
+                    let raw = if valid {
+                        angle(period).floor().rem_euclid(4096.0) as i32
+                    } else {
+                        1_234
+                    };
+                    let before = tracker.velocity();
+                    tracker.update(&encoder, raw, valid);
+                    assert!((0..4096).contains(&tracker.raw()));
+                    if period >= 2_000 {
+                        let off = f64::from(tracker.position())
+                            - f64::from(polarity) * (angle(period) - angle(0));
+                        worst = if off.abs() > worst { off.abs() } else { worst };
+                        if !valid {
+                            assert_eq!(tracker.velocity(), before);
+                        }
+                        jerk = jerk.greatest((tracker.velocity() - before).abs());
+                    }
+                }
+                std::println!("{speed} counts/s: {worst:.1} counts off, jerk {jerk:.0} counts/s");
+                // A ms at what the estimate is off by, and two roundings.
+                assert!(worst < 6.0, "{worst}");
+                assert!(jerk < 6_000.0, "{jerk}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_first_reading_nothing_moves() {
+        let encoder = encoder(1);
+        let mut tracker = Tracker::<f32>::new();
+        for _ in 0..10 {
+            tracker.update(&encoder, 77, false);
+            assert_eq!((tracker.position(), tracker.velocity()), (0, 0.0));
+        }
+        tracker.update(&encoder, 3_000, true);
+        assert_eq!((tracker.position(), tracker.velocity()), (3_000, 0.0));
+        tracker.update(&encoder, 3_001, true);
+        assert_eq!(tracker.position(), 3_001);
+        assert!(tracker.velocity() > 0.0);
+    }
+
+    #[test]
     fn a_preset_before_the_first_reading_holds() {
         let encoder = encoder(1);
         let mut tracker = Tracker::<f32>::new();
         tracker.preset(-70_000);
-        tracker.update(&encoder, 3333);
+        tracker.update(&encoder, 3333, true);
         assert_eq!((tracker.position(), tracker.velocity()), (-70_000, 0.0));
-        tracker.update(&encoder, 3330);
+        tracker.update(&encoder, 3330, true);
         assert_eq!(tracker.position(), -70_003);
     }
 }

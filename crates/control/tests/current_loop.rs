@@ -176,3 +176,85 @@ fn a_given_voltage_and_angle_hold_the_rotor_there() {
         assert!((feedback.voltage_v[0] - 2.3449).abs() < 1e-3);
     }
 }
+
+/// A voltage for six times the limit: the current stays within it but for the first moments, with
+/// the rotor locked and while it swings, and the whole voltage is back when the limit is.
+#[test]
+fn a_given_voltage_gives_way_to_the_current_limit() {
+    for (locked, limit) in [(true, 0.7), (false, 0.7), (true, 2.0)] {
+        let mut rig = Rig::new(&defaults());
+        rig.locked = locked;
+        rig.friction = 2e-5;
+        let mut command = Command {
+            enabled: true,
+            current_limit: limit,
+            frame: FrameSource {
+                angle_given: true,
+                voltage_given: true,
+                voltage_d_v: 4.2 * 6.55,
+                ..FrameSource::rotor()
+            },
+            ..Command::idle()
+        };
+        rig.cascade.load(&command);
+        rig.run(0.02);
+        let first = rig.peak_a;
+        rig.peak_a = 0.0;
+        rig.run(0.5);
+        let (d, _) = rig.rotor_current();
+        println!(
+            "locked {locked}, limit {limit}: first {first:.3}, then {:.3} A",
+            rig.peak_a
+        );
+        assert!(first < 4.3, "{first}");
+        assert!(rig.peak_a < 1.02 * f64::from(limit), "{}", rig.peak_a);
+        assert!((d - f64::from(limit)).abs() < 0.01, "{d}");
+        assert!(rig.cascade.feedback().current_limited);
+
+        command.current_limit = 5.0;
+        rig.cascade.load(&command);
+        rig.run(0.5);
+        let (d, _) = rig.rotor_current();
+        assert!((d - 4.2).abs() < 0.01, "{d}");
+        assert!(!rig.cascade.feedback().current_limited);
+
+        // Nothing allowed is nothing applied.
+        command.current_limit = 0.0;
+        rig.cascade.load(&command);
+        rig.run(0.01);
+        let (d, q) = rig.rotor_current();
+        assert!(d.abs() < 0.02 && q.abs() < 0.02, "{d} {q}");
+    }
+}
+
+/// Mode 12 counts for I²t, too: 1 A of 0.716 A continuous, until the sum reaches Ip·t, and then the
+/// continuous current.
+#[test]
+fn a_given_voltage_is_limited_by_i2t() {
+    let mut parameters = defaults();
+    parameters.i2t.enabled = true;
+    let mut rig = Rig::new(&parameters);
+    rig.locked = true;
+    rig.cascade.load(&Command {
+        enabled: true,
+        frame: FrameSource {
+            angle_given: true,
+            voltage_given: true,
+            voltage_d_v: 1.0 * 6.55,
+            ..FrameSource::rotor()
+        },
+        ..Command::idle()
+    });
+    // (1.0² − 0.716²)·t = 3.5·0.5
+    let trips = 1.75 / (1.0 - 0.716 * 0.716);
+    rig.run(trips - 0.03);
+    assert!(!rig.cascade.feedback().i2t_active);
+    assert!((rig.rotor_current().0 - 1.0).abs() < 5e-3);
+    rig.run(0.06);
+    assert!(rig.cascade.feedback().i2t_active);
+    assert!(
+        (rig.rotor_current().0 - 0.716).abs() < 5e-3,
+        "{:?}",
+        rig.rotor_current()
+    );
+}

@@ -83,6 +83,35 @@ fn constant_speed_is_quiet() {
 
 /// From rest to 10,000 rpm at the current limit: as fast as the inertia allows, without windup.
 #[test]
+fn an_encoder_that_fails_for_milliseconds_is_not_felt() {
+    let run = |blind: bool| {
+        let mut rig = Rig::new(&defaults());
+        rig.friction = 1e-6;
+        rig.cascade.load(&velocity(counts(3_000.0), 2.0));
+        for _ in 0..10_000 {
+            rig.period();
+        }
+        rig.peak_a = 0.0;
+        let (mut slowest, mut fastest) = (f64::MAX, 0.0_f64);
+        for period in 0..10_000 {
+            // 2 ms of each 10, in which the shaft turns by 36 degrees.
+            rig.blind = blind && period % 200 < 40;
+            rig.period();
+            let feedback = rig.cascade.feedback();
+            assert_eq!(feedback.encoder_valid, !rig.blind);
+            slowest = slowest.min(rig.speed);
+            fastest = fastest.max(rig.speed);
+        }
+        (rig.peak_a, slowest / RPM, fastest / RPM)
+    };
+    let (sound, failing) = (run(false), run(true));
+    println!("peak A, slowest and fastest rpm: {sound:.3?}, failing {failing:.3?}");
+    assert!(failing.0 < 0.2, "{failing:?}");
+    // The loop goes on with the estimate of the last moment, whose ripple is ±20 rpm.
+    assert!(failing.1 > 2_900.0 && failing.2 < 3_100.0, "{failing:?}");
+}
+
+#[test]
 fn a_saturated_step_does_not_wind_up() {
     let mut rig = Rig::new(&defaults());
     rig.cascade.load(&velocity(counts(10_000.0), 0.716));

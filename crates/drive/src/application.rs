@@ -113,6 +113,9 @@ impl Application {
             self.configure(image);
         }
         let targets = [
+            // Before the torque, which is meant at this angle.
+            (class::TARGET_ANGLE, Target::Angle),
+            (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
             (class::TARGET_TORQUE, Target::Torque),
@@ -168,6 +171,8 @@ impl Application {
                 .connection_lost(&self.configuration, &targets, &actual);
         }
         self.take_demand();
+        // It is a part of the supply and moves with it.
+        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
@@ -178,6 +183,7 @@ impl Application {
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
+                self.feedback.bus_voltage_v,
             )
         })
     }
@@ -257,7 +263,11 @@ impl Application {
                 self.new_parameters = true;
                 self.parameter_error = None;
             }
-            Err(error) => self.parameter_error = Some(error),
+            Err(error) => {
+                // Those that were not fetched yet are gone with the objects.
+                self.new_parameters = false;
+                self.parameter_error = Some(error);
+            }
         }
     }
 
@@ -331,6 +341,7 @@ impl Application {
             demand_fraction: feedback.next_fraction,
             demand_velocity: feedback.next_velocity,
             demand_torque_pm: feedback.next_current_a * self.loops.pm_per_ampere,
+            electrical_angle: (feedback.electrical_angle >> 16) as i16,
             demand_left_ns: self
                 .loops
                 .timing
@@ -436,10 +447,25 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
+            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
+        {
+            return match self.axis.demand() {
+                Demand::PhaseVoltage { .. } => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            };
+        }
         match (object.index.wrapping_sub(objects.base), object.sub) {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            // P48: an angle only where one is used.
+            (0xEA, 0) => {
+                return match self.axis.demand() {
+                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
+                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
+                };
+            }
             (0x98, 0) => return self.write_homing_method(raw as i8),
             _ => {}
         }
@@ -453,7 +479,6 @@ impl Application {
                 }
                 Err(abort) => Verdict::Refuse(abort),
             },
-            // P48: an angle only in the modes that use one, which there are none of yet.
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
         }
     }
@@ -465,6 +490,7 @@ impl Application {
             &self.personality.axis,
             &self.axis,
             &self.feedback,
+            &self.signals,
             self.loops.pm_per_ampere,
         );
         if let Some(homing) = &self.personality.axis.homing {

@@ -1,6 +1,7 @@
 //! From the axis's demand to the loops' command: per mille become amperes, nanoseconds periods.
 
 use cia402::{Configuration, Demand, Mode};
+use control::modulation::LINEAR_RANGE;
 use control::{Command, FrameSource, Limits};
 
 use crate::parameters::LoopParameters;
@@ -14,11 +15,12 @@ pub(crate) fn limits(
     max_motor_velocity: Option<f32>,
     loops: &LoopParameters,
 ) -> Limits<f32> {
-    let is_torque = matches!(demand, Demand::Torque { .. }) || mode == Mode::IDLE;
-    let velocity = if is_torque {
-        max_motor_velocity
-    } else {
-        configuration.max_velocity
+    let velocity = match demand {
+        // In a frame from outside the loops do not know which torque speeds the rotor up.
+        Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => None,
+        Demand::Torque { .. } => max_motor_velocity,
+        _ if mode == Mode::IDLE => max_motor_velocity,
+        _ => configuration.max_velocity,
     };
     Limits {
         current_a: configuration.max_torque_pm * loops.amperes_per_pm,
@@ -26,13 +28,18 @@ pub(crate) fn limits(
     }
 }
 
-/// The command for a demand, under the [`limits`] of the same arguments.
+/// 1/32,768 of the longest voltage vector at a supply of 1 V (P3 l.262).
+const VOLTAGE_UNIT: f32 = LINEAR_RANGE / 32_768.0;
+
+/// The command for a demand, under the [`limits`] of the same arguments. A phase voltage is made
+/// of `bus_voltage_v`.
 pub(crate) fn command(
     demand: &Demand,
     mode: Mode,
     configuration: &Configuration,
     max_motor_velocity: Option<f32>,
     loops: &LoopParameters,
+    bus_voltage_v: f32,
 ) -> Command<f32> {
     let limits = limits(demand, mode, configuration, max_motor_velocity, loops);
     let base = Command {
@@ -52,6 +59,36 @@ pub(crate) fn command(
             current: start_pm * loops.amperes_per_pm,
             current_slope: slope_pm_per_s * loops.amperes_per_pm,
             periods: loops.timing.control_periods(duration_ns),
+            ..base
+        },
+        Demand::TorqueWithAngle {
+            angle,
+            start_pm,
+            slope_pm_per_s,
+            duration_ns,
+        } => Command {
+            current: start_pm * loops.amperes_per_pm,
+            current_slope: slope_pm_per_s * loops.amperes_per_pm,
+            periods: loops.timing.control_periods(duration_ns),
+            frame: FrameSource {
+                angle_given: true,
+                angle: turn(angle),
+                ..FrameSource::rotor()
+            },
+            ..base
+        },
+        Demand::PhaseVoltage {
+            angle,
+            voltage_d,
+            voltage_q,
+        } => Command {
+            frame: FrameSource {
+                angle_given: true,
+                angle: turn(angle),
+                voltage_given: true,
+                voltage_d_v: f32::from(voltage_d) * VOLTAGE_UNIT * bus_voltage_v,
+                voltage_q_v: f32::from(voltage_q) * VOLTAGE_UNIT * bus_voltage_v,
+            },
             ..base
         },
         Demand::Velocity {
@@ -89,4 +126,9 @@ pub(crate) fn command(
             ..base
         },
     }
+}
+
+/// From 1/65,536 turn to 2⁻³² turn.
+fn turn(angle: i16) -> i32 {
+    i32::from(angle) << 16
 }

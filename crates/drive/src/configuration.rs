@@ -1,6 +1,6 @@
 //! From the dictionary to the axis: limits, profile parameters and targets in internal units.
 
-use canopen::{Field, Image};
+use canopen::{Address, Field, Image};
 use cia402::{Configuration, HomingConfiguration, Targets, Window};
 use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, WindowObjects};
 
@@ -155,6 +155,9 @@ fn interpolation_period_ns(image: &Image<'_>, objects: Option<(Field, Field)>) -
 pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
     let objects = &axis.targets;
     let offset = |object: Option<Scaled>| object.map_or(0, |object| count(image, object));
+    let voltage = |object: Option<(Address, Field)>| {
+        object.map_or(0, |(_, field)| image.number(field) as i16)
+    };
     Targets {
         position: count(image, objects.position),
         velocity: count(image, objects.velocity),
@@ -162,5 +165,8 @@ pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
         position_offset: offset(objects.position_offset),
         velocity_offset: offset(objects.velocity_offset),
         torque_offset_pm: offset(objects.torque_offset) as i16,
+        angle: objects.angle.map_or(0, |field| image.number(field) as i16),
+        voltage_d: voltage(objects.voltage_d),
+        voltage_q: voltage(objects.voltage_q),
     }
 }

@@ -1,8 +1,10 @@
 //! From the loops' feedback into the dictionary, before an object is read or sampled.
 
 use canopen::Image;
-use cia402::Axis;
+use cia402::{Axis, Demand};
 use control::Feedback;
+use control::io::Signals;
+use control::modulation::LINEAR_RANGE;
 use personalities::{AxisObjects, Scaled};
 
 /// Writes what the drive shows into the image.
@@ -11,6 +13,7 @@ pub(crate) fn publish(
     objects: &AxisObjects,
     axis: &Axis,
     feedback: &Feedback<f32>,
+    signals: &Signals,
     pm_per_ampere: f32,
 ) {
     image.set(objects.statusword, axis.statusword().0);
@@ -39,8 +42,46 @@ pub(crate) fn publish(
     if let Some(object) = shown.raw_encoder {
         count(image, object, feedback.encoder);
     }
+    frame(image, objects, axis, feedback);
+    optional(image, shown.current_d_a, feedback.current_d_a);
+    optional(image, shown.motor_thermistor, signals.motor_temperature_adc);
+    for (object, adc) in shown.auxiliary_adc.iter().zip(signals.auxiliary_adc) {
+        optional(image, *object, adc);
+    }
     for (object, adc) in shown.current_sense.iter().zip(feedback.phase_adc) {
         optional(image, *object, adc);
+    }
+}
+
+/// Electrical angle and phase voltage: those given where they are given, else those that the loops
+/// make.
+fn frame(image: &mut Image<'_>, objects: &AxisObjects, axis: &Axis, feedback: &Feedback<f32>) {
+    let made = (feedback.electrical_angle >> 16) as i16;
+    let (angle, voltage) = match *axis.demand() {
+        Demand::TorqueWithAngle { angle, .. } => (angle, None),
+        Demand::PhaseVoltage {
+            angle,
+            voltage_d,
+            voltage_q,
+        } => (angle, Some([voltage_d, voltage_q])),
+        _ => (made, None),
+    };
+    if let Some(field) = objects.targets.angle {
+        image.set_number(field, i64::from(angle));
+    }
+    let voltages = [objects.targets.voltage_d, objects.targets.voltage_q];
+    let bus_v = if feedback.bus_voltage_v > 1.0 {
+        feedback.bus_voltage_v
+    } else {
+        1.0
+    };
+    let per_volt = 32_768.0 / (LINEAR_RANGE * bus_v);
+    for (n, made_v) in feedback.voltage_v.into_iter().enumerate() {
+        let given = voltage.and_then(|both| both.get(n).copied());
+        if let Some((_, field)) = voltages.get(n).copied().flatten() {
+            let units = (made_v * per_volt) as i64;
+            image.set_number(field, given.map_or(units, i64::from));
+        }
     }
 }
 

@@ -6,6 +6,10 @@ pub const TARGET_POSITION: u8 = 1;
 pub const TARGET_VELOCITY: u8 = 2;
 /// A target torque was written.
 pub const TARGET_TORQUE: u8 = 3;
+/// An electrical angle was written.
+pub const TARGET_ANGLE: u8 = 6;
+/// A phase voltage was written.
+pub const TARGET_VOLTAGE: u8 = 7;
 /// A limit, rate, window or option code of the axis was written.
 pub const CONFIGURATION: u8 = 4;
 /// A parameter of the motor, the amplifier or a controller was written.

@@ -1,6 +1,6 @@
 //! Where the drive core finds its values in a dictionary, and in which units they stand there.
 
-use canopen::{Field, Handle};
+use canopen::{Address, Field, Handle};
 
 /// An object and its unit: internal value = object × `scale`.
 ///
@@ -71,6 +71,13 @@ pub struct TargetObjects {
     pub velocity_offset: Option<Scaled>,
     /// 0x60B2, per mille of rated torque.
     pub torque_offset: Option<Scaled>,
+    /// 0x60EA, electrical angle, 1/65,536 turn: given where a mode takes one, else shown.
+    pub angle: Option<Field>,
+    /// Voltage of the d axis, 1/32,768 of the longest vector: given where a mode takes one, else
+    /// shown.
+    pub voltage_d: Option<(Address, Field)>,
+    /// Voltage of the q axis, likewise.
+    pub voltage_q: Option<(Address, Field)>,
 }
 
 /// What the drive shows.
@@ -102,6 +109,12 @@ pub struct FeedbackObjects {
     pub raw_encoder: Option<Scaled>,
     /// Filtered current sense of phases A and B, converter counts.
     pub current_sense: [Option<Scaled>; 2],
+    /// Current of the d axis, A.
+    pub current_d_a: Option<Scaled>,
+    /// The motor's temperature sensor, converter counts.
+    pub motor_thermistor: Option<Scaled>,
+    /// Analog inputs, converter counts.
+    pub auxiliary_adc: [Option<Scaled>; 2],
 }
 
 /// Limits and profile parameters. Where several objects limit the same thing, the least counts;

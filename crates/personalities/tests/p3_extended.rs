@@ -181,7 +181,7 @@ fn its_dialects_are_the_standards() {
         ..cia402::Dialect::STANDARD
     };
     assert_eq!(P3_EXTENDED.cia402, standard);
-    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x03AD);
+    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x07AD);
     assert!(standard.halt_bit && standard.remote_bit && standard.ramps_on_stop);
     assert!(!P3.cia402.halt_bit);
     assert!(personalities::by_name("p3-extended").is_some());

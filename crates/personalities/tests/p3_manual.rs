@@ -136,7 +136,12 @@ fn what_the_manual_does_not_list_is_little_and_has_a_reason() {
             (0x3008, 2),
             (0x3009, 1), // its calibration, l.259
             (0x3009, 2),
-            (0x607C, 0), // homing, P38
+            (0x3010, 3), // motor thermistor, voltages of mode 12 (l.262), current of the d axis
+            (0x3010, 4),
+            (0x3010, 5),
+            (0x3010, 6),
+            (0x3011, 11), // calibration current of the successor
+            (0x607C, 0),  // homing, P38
             (0x6098, 0),
         ]
     );
@@ -144,14 +149,14 @@ fn what_the_manual_does_not_list_is_little_and_has_a_reason() {
 
 #[test]
 fn supported_modes_are_the_modes_that_work() {
-    // P54: 1 (bit 0), 3 (2), 4 (3), 6 (5), 8 (7), 9 (8), 10 (9).
-    assert_eq!(P3.cia402.supported_drive_modes(), 0x03AD);
+    // P54: 1 (bit 0), 3 (2), 4 (3), 6 (5), 8 (7), 9 (8), 10 (9), 11 (10); 12 has no bit.
+    assert_eq!(P3.cia402.supported_drive_modes(), 0x07AD);
     let table = OBJECTS.table();
     let mut bytes = vec![0; table.image_bytes()];
     let mut image = canopen::Image::new(&mut bytes);
     table.defaults(&mut image, canopen::NodeId::new(9).unwrap());
     let number = |index, sub| image.number(OBJECTS.need(index, sub));
-    assert_eq!(number(0x6502, 0), 0x03AD);
+    assert_eq!(number(0x6502, 0), 0x07AD);
     assert_eq!(number(0x1000, 0), 0x0002_0192);
     // Identifiers that carry the node's.
     assert_eq!(number(0x1014, 0), 0x89);

@@ -205,7 +205,7 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle => Sample {
+            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
@@ -213,6 +213,12 @@ impl Rig {
                 start_pm,
                 slope_pm_per_s,
                 duration_ns,
+            }
+            | Demand::TorqueWithAngle {
+                start_pm,
+                slope_pm_per_s,
+                duration_ns,
+                ..
             } => {
                 let (t, _) = time(duration_ns);
                 Sample {
@@ -279,6 +285,19 @@ impl Rig {
             Demand::Torque { .. } => {
                 self.actual.demand_torque_pm = sample.torque_pm as f32;
                 self.actual.torque_pm = sample.torque_pm as f32;
+            }
+            Demand::TorqueWithAngle {
+                angle, duration_ns, ..
+            } => {
+                self.actual.electrical_angle = angle;
+                self.actual.demand_torque_pm = sample.torque_pm as f32;
+                self.actual.torque_pm = sample.torque_pm as f32;
+                let left = u64::from(duration_ns).saturating_sub(self.elapsed_ns);
+                self.actual.demand_left_ns = u32::try_from(left).unwrap_or(u32::MAX);
+            }
+            Demand::PhaseVoltage { angle, .. } => {
+                self.actual.electrical_angle = angle;
+                self.actual.torque_pm = 0.0;
             }
             Demand::Off | Demand::Idle => {
                 self.actual.torque_pm = 0.0;

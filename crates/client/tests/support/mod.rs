@@ -175,6 +175,11 @@ impl Owner for App {
                 (self.mode, self.display) = (mode.0, mode.0);
                 Verdict::Accept
             }
+            (0x60EA, 0) | (0x3010, 4 | 5) => match self.display {
+                11 if object.index == 0x60EA => Verdict::Accept,
+                12 => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            },
             (0x1010, 4) => match Address::from_key(raw) {
                 Some(address) => {
                     self.save = Some(store::Request::Single(address));
@@ -198,6 +203,7 @@ impl Owner for App {
         image.set_raw(p3::OBJECTS.need(0x6041, 0), status);
         image.set_raw(p3::OBJECTS.need(0x6061, 0), self.display as u8 as u32);
         image.set_raw(p3::OBJECTS.need(0x3008, 1), 0x7296);
+        image.set_raw(p3::OBJECTS.need(0x3012, 1), 0x0DF8);
     }
 }
 

@@ -113,6 +113,8 @@ pub struct Rig {
     pub swapped: bool,
     /// Whether the current converters count in whole numbers.
     pub quantised: bool,
+    /// Whether the encoder answers.
+    pub blind: bool,
     /// Mechanical angle, rad, not wrapped; the d axis stands at phase A at 0.
     pub angle: f64,
     /// Mechanical speed, rad/s.
@@ -145,6 +147,7 @@ impl Rig {
             delay: 1,
             swapped: false,
             quantised: true,
+            blind: false,
             angle: 0.0,
             speed: 0.0,
             current: (0.0, 0.0),
@@ -174,11 +177,11 @@ impl Rig {
         let encoder = (self.angle / TAU * COUNTS).floor().rem_euclid(COUNTS);
         Sample {
             phase_adc: [adc(alpha), adc(if self.swapped { c } else { b })],
-            encoder: encoder as i32,
+            encoder: if self.blind { 0 } else { encoder as i32 },
             bus_adc: (self.bus_v / f64::from(SCALES.voltage_v)).round() as f32,
             temperature_adc: 1500.0,
             overcurrent: false,
-            encoder_valid: true,
+            encoder_valid: !self.blind,
         }
     }
 

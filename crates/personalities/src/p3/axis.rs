@@ -2,18 +2,20 @@
 
 use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u8, u16, u32};
-use canopen::{Dictionary, Row};
+use canopen::{Address, Dictionary, Row};
 use cia402::{Mode, ModeSet};
 
 use super::motor::{feedback, parameter};
 use super::{plain, scaled};
-use crate::class::{CONFIGURATION, CONTROL, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY};
+use crate::class::{
+    CONFIGURATION, CONTROL, TARGET_ANGLE, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY,
+};
 use crate::{
     AxisObjects, ConfigurationObjects, FeedbackObjects, HomingObjects, TargetObjects, TargetWindow,
     WindowObjects,
 };
 
-/// The feature list's modes (P11); modes 11 and 12 are not built yet.
+/// The feature list's modes (P11).
 pub(crate) const MODES: ModeSet = ModeSet::EMPTY
     .with(Mode::IDLE)
     .with(Mode::PROFILE_POSITION)
@@ -22,7 +24,9 @@ pub(crate) const MODES: ModeSet = ModeSet::EMPTY
     .with(Mode::HOMING)
     .with(Mode::CYCLIC_POSITION)
     .with(Mode::CYCLIC_VELOCITY)
-    .with(Mode::CYCLIC_TORQUE);
+    .with(Mode::CYCLIC_TORQUE)
+    .with(Mode::CYCLIC_TORQUE_WITH_ANGLE)
+    .with(Mode::PHASE_VOLTAGE_WITH_ANGLE);
 
 /// A parameter of the axis that is stored.
 pub(crate) const fn limit(row: Row) -> Row {
@@ -50,7 +54,8 @@ pub(crate) const ROWS: &[Row] = &[
     // P21; rated torque over the rotor's inertia is 33 million cts/s².
     limit(u32(0x60C5, 0, "Max acceleration").unit("cts/s2").range(0, i32::MAX as i64)).default(20_000_000),
     limit(u32(0x60C6, 0, "Max deceleration").unit("cts/s2").range(0, i32::MAX as i64)).default(20_000_000),
-    i16(0x60EA, 0, "Electrical angle").rw().rpdo().asks().unit("1/65536turn"), // P48
+    // P48: it can be written in modes 11 and 12 only, and shows the frame's angle in all.
+    feedback(i16(0x60EA, 0, "Electrical angle").unit("1/65536turn")).rw().rpdo().asks().tells(TARGET_ANGLE),
     i16(0x6071, 0, "Target torque").rw().rpdo().range(-1000, 1000).unit("permille").tells(TARGET_TORQUE),
     feedback(i16(0x3023, 1, "Internal torque demand").unit("permille")),
     feedback(i16(0x6077, 0, "Actual torque").unit("permille")),
@@ -102,6 +107,9 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             position_offset: Some(plain(objects, 0x60B0, 0)),
             velocity_offset: Some(plain(objects, 0x60B1, 0)),
             torque_offset: Some(plain(objects, 0x60B2, 0)),
+            angle: Some(objects.need(0x60EA, 0)),
+            voltage_d: Some((Address::new(0x3010, 4), objects.need(0x3010, 4))),
+            voltage_q: Some((Address::new(0x3010, 5), objects.need(0x3010, 5))),
         },
         feedback: FeedbackObjects {
             position: plain(objects, 0x6064, 0),
@@ -120,6 +128,12 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             current_sense: [
                 Some(scaled(objects, 0x3008, 1, 0.0625)),
                 Some(scaled(objects, 0x3008, 2, 0.0625)),
+            ],
+            current_d_a: Some(scaled(objects, 0x3010, 6, 1e-3)),
+            motor_thermistor: Some(plain(objects, 0x3010, 3)),
+            auxiliary_adc: [
+                Some(plain(objects, 0x3022, 1)),
+                Some(plain(objects, 0x3022, 2)),
             ],
         },
         configuration: ConfigurationObjects {

@@ -6,11 +6,11 @@ use canopen::row::{i8, i16, i32, u16, u32};
 use canopen::{Dictionary, Row};
 
 use super::scaled;
-use crate::class::CONTROL;
+use crate::class::{CONTROL, TARGET_VOLTAGE};
 use crate::{AmplifierObjects, GainObjects, LoopObjects, MotorObjects};
 
 /// A parameter of the controllers that is stored.
-pub(super) const fn parameter(row: Row) -> Row {
+pub(crate) const fn parameter(row: Row) -> Row {
     row.rw().store(Application).tells(CONTROL)
 }
 
@@ -34,9 +34,11 @@ pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 32767).default(716)),
     parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 32767).default(2000)),
     parameter(i16(0x3011, 10, "Peak current duration").unit("ms").range(0, 32767).default(1000)),
+    // Not in the manual; as in the successor. The drive only keeps it, for those who calibrate.
+    parameter(i16(0x3011, 11, "Calibration current").unit("mA").range(0, 32767).default(358)),
     feedback(i16(0x3012, 1, "Raw encoder reading").unit("cts")),
     parameter(u32(0x3013, 1, "Encoder resolution").unit("cts/rev").default(4096)),
-    parameter(u32(0x3013, 5, "Encoder lag factor").unit("ns")),
+    parameter(u32(0x3013, 5, "Encoder lag factor").unit("us").range(0, 10_000)),
 ];
 
 /// "Amplifier parameters", and the current sensor's objects of the calibration chapter (P6). Two
@@ -58,8 +60,14 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     feedback(u16(0x3008, 2, "Filtered current sense, phase B").unit("count/16")),
     parameter(u16(0x3009, 1, "Current sensor bias, phase A").unit("count").default(0x0729)),
     parameter(u16(0x3009, 2, "Current sensor bias, phase B").unit("count").default(2071)),
-    u16(0x3022, 1, "Aux ADC 1").unit("count").tpdo(),
-    u16(0x3022, 2, "Aux ADC 2").unit("count").tpdo(),
+    // P6: the text sets the d axis's voltage of mode 12 (l.262); the others are as in the successor.
+    // Sub-index 1, the mechanical angle, is 0x3012,1 in another unit, and 2 is not known.
+    feedback(u16(0x3010, 3, "Motor thermistor").unit("count")),
+    feedback(i16(0x3010, 4, "D-axis phase voltage").unit("1/32768")).rw().rpdo().asks().tells(TARGET_VOLTAGE),
+    feedback(i16(0x3010, 5, "Q-axis phase voltage").unit("1/32768")).rw().rpdo().asks().tells(TARGET_VOLTAGE),
+    feedback(i16(0x3010, 6, "D-axis current").unit("mA")),
+    feedback(u16(0x3022, 1, "Aux ADC 1").unit("count")),
+    feedback(u16(0x3022, 2, "Aux ADC 2").unit("count")),
 ];
 
 /// 0x3019: bandwidth and damping of each controller, and the direct gains behind them.
@@ -99,8 +107,9 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         user_peak_current: Some(scaled(objects, 0x2110, 0, 0.01)),
         user_peak_time: Some(scaled(objects, 0x2112, 0, 1e-3)),
         encoder_resolution: objects.need(0x3013, 1),
-        // The manual leaves the unit open; nanoseconds here.
-        encoder_lag: scaled(objects, 0x3013, 5, 1e-9),
+        // The manual leaves the unit open. Steps of a microsecond are what a calibration can walk
+        // through: below, 50 steps change nothing that is measurable.
+        encoder_lag: scaled(objects, 0x3013, 5, 1e-6),
         i2t_is_literal: true, // P30
     }
 }
