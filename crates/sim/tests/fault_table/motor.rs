@@ -23,6 +23,28 @@ pub(super) const ROWS: &[Row] = &[
         is_event: false,
     },
     Row {
+        cause: Cause::MotorTemperature,
+        how: "a motor of 80 degC, its shaft blocked, bears its rated current until the copper's heat has brought it to 85 degC",
+        prepare: |master| {
+            enable(master, 4);
+            let plant = master.drive(1).plant();
+            plant.set_blocked(true);
+            plant.set_motor_temperature_c(80.0);
+        },
+        provoke: |master| {
+            if master.state(1) == OPERATION_ENABLED {
+                master.write(1, 0x6060, 0, &[4]);
+            }
+            master.write_i16(1, 0x6071, 0, 1000);
+        },
+        cease: |master| {
+            master.write_i16(1, 0x6071, 0, 0);
+            master.drive(1).plant().set_motor_temperature_c(25.0);
+        },
+        within_ms: (500.0, 20_000.0),
+        is_event: true,
+    },
+    Row {
         cause: Cause::MotorPhasing,
         how: "the encoder's magnet slips half a turn on the shaft, so that a torque drives the rotor backwards",
         prepare: |master| {
