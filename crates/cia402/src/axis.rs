@@ -2,7 +2,7 @@
 
 use crate::arithmetic::{measured, within};
 use crate::conditions::Watch;
-use crate::modes::{Bits, Homing, Inputs, Limited, Motion};
+use crate::modes::{BUFFER_SIZE, Bits, Homing, Inputs, Limited, Motion};
 use crate::option_code::{Braking, QuickStopCode};
 use crate::path::Present;
 use crate::stop::Stop;
@@ -174,6 +174,43 @@ impl Axis {
         }
     }
 
+    /// A SYNC was received, and what came with it is in force.
+    pub fn sync(&mut self, configuration: &Configuration, targets: &Targets, actual: &Actual) {
+        self.observe(actual);
+        if self.state == State::OperationEnabled && self.stop.is_none() {
+            let inputs = self.inputs(configuration, targets, actual);
+            if let Some(demand) = self.motion.generator_mut().sync(&inputs) {
+                self.put(demand);
+            }
+        }
+    }
+
+    /// A set-point for the buffer of interpolated position mode (0x60C1). Whether it was taken: if
+    /// not, the buffer is full or closed, or the mode not at work.
+    pub fn push_set_point(
+        &mut self,
+        position: i32,
+        configuration: &Configuration,
+        targets: &Targets,
+        actual: &Actual,
+    ) -> bool {
+        let inputs = self.inputs(configuration, targets, actual);
+        self.motion.generator_mut().push(position, &inputs)
+    }
+
+    /// Empties the buffer of interpolated position mode and opens or closes it (0x60C4,6).
+    pub fn clear_buffer(&mut self, open: bool) {
+        self.motion.generator_mut().clear(open);
+    }
+
+    /// Set-points in the buffer of interpolated position mode.
+    pub fn buffered(&self) -> u8 {
+        self.motion.generator().buffered()
+    }
+
+    /// Set-points that the buffer of interpolated position mode holds at most (0x60C4,1).
+    pub const BUFFER_SIZE: u8 = BUFFER_SIZE;
+
     /// Every position has become `offset` counts greater, because the actual position got another
     /// name (the P3's 0x6064). The axis stays where it is, and a move ends where it would have.
     /// The owner renames the position in the control half at the same moment.
@@ -266,9 +303,8 @@ impl Axis {
             return;
         }
         let braking = Braking::of_fault(configuration);
-        match braking.filter(|_| self.dialect.ramps_on_stop && self.is_powered()) {
-            // Without torque there is nothing to go on with.
-            Some(braking) if self.demand != Demand::Idle => {
+        match braking.filter(|_| self.dialect.ramps_on_stop) {
+            Some(braking) if self.can_brake() => {
                 let inputs = self.inputs(configuration, targets, actual);
                 self.leave_motion();
                 self.begin_stop(self.braked(braking, &inputs));
@@ -469,6 +505,7 @@ impl Axis {
             targets,
             actual,
             present: self.present(configuration, actual),
+            mode: self.mode,
         }
     }
 
@@ -483,6 +520,7 @@ impl Axis {
             } else {
                 velocity
             },
+            acceleration: 0.0,
             torque_pm: measured(actual.torque_pm),
             torque_is_demand: false,
             angle: actual.electrical_angle,
@@ -491,6 +529,9 @@ impl Axis {
         // A demand not yet taken is not yet in the control half's answers.
         let start = self.demand.at(0);
         let either = |own: f32, told: f32| measured(if self.fresh { own } else { told });
+        let slope = |rate: f32, duration_ns: u32| {
+            if duration_ns > 0 { measured(rate) } else { 0.0 }
+        };
         let demand_velocity = either(start.velocity, actual.demand_velocity);
         match self.demand {
             Demand::Off => Present {
@@ -517,11 +558,20 @@ impl Axis {
                 ..motor
             },
             Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
-            Demand::Velocity { .. } => Present {
+            Demand::Velocity {
+                acceleration,
+                duration_ns,
+                ..
+            } => Present {
                 velocity: demand_velocity,
+                acceleration: slope(acceleration, duration_ns),
                 ..motor
             },
-            Demand::Position { .. } => Present {
+            Demand::Position {
+                acceleration,
+                duration_ns,
+                ..
+            } => Present {
                 position: if self.fresh {
                     start.position
                 } else {
@@ -529,6 +579,7 @@ impl Axis {
                 },
                 fraction: within(either(start.fraction, actual.demand_fraction), 0.0, 1.0),
                 velocity: demand_velocity,
+                acceleration: slope(acceleration, duration_ns),
                 left_ns: if self.fresh { 0 } else { actual.demand_left_ns },
                 ..motor
             },
@@ -543,12 +594,24 @@ impl Axis {
                 State::ReadyToSwitchOn => inputs.configuration.shutdown_option == 1,
                 _ => false,
             };
-        let moving = inputs.present.velocity != 0.0 && self.demand != Demand::Idle;
-        if self.state != State::OperationEnabled || !ramps || !moving {
+        let moving = inputs.present.velocity != 0.0;
+        if self.state != State::OperationEnabled || !ramps || !moving || !self.can_brake() {
             self.enter(state, code, inputs);
         } else if self.leaving.replace(state).is_none() {
             self.begin_stop(self.braked(Braking::SlowDownRamp, inputs));
         }
+    }
+
+    /// Whether the controllers hold the motor: not without torque, and not in a frame that the
+    /// master turns, where the drive may not know the rotor yet.
+    fn can_brake(&self) -> bool {
+        !matches!(
+            self.demand,
+            Demand::Off
+                | Demand::Idle
+                | Demand::TorqueWithAngle { .. }
+                | Demand::PhaseVoltage { .. }
+        )
     }
 
     /// Operation enabled is not left after all.
@@ -598,7 +661,13 @@ impl Axis {
 
     /// The mode in force starts anew; its statusword bits are cleared (P3 l.474).
     fn start_mode(&mut self, inputs: &Inputs<'_>) {
-        self.motion = Motion::start(self.mode, inputs);
+        self.motion = Motion::start(
+            self.controlword,
+            &Inputs {
+                mode: self.mode,
+                ..*inputs
+            },
+        );
         self.watch = Watch::NEW;
         if self.leaving.is_some() {
             return;
@@ -616,8 +685,12 @@ impl Axis {
             (true, false) => {
                 let braking = Braking::of_halt(inputs.configuration);
                 self.begin_stop(match self.mode {
-                    Mode::PROFILE_POSITION => Stop::by_position(braking, inputs),
-                    Mode::PROFILE_VELOCITY | Mode::HOMING => Stop::by_velocity(braking, inputs),
+                    Mode::PROFILE_POSITION | Mode::INTERPOLATED_POSITION => {
+                        Stop::by_position(braking, inputs)
+                    }
+                    Mode::PROFILE_VELOCITY | Mode::VELOCITY | Mode::HOMING => {
+                        Stop::by_velocity(braking, inputs)
+                    }
                     // This mode's ramp is the torque slope.
                     Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
                     Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),

@@ -10,7 +10,7 @@ use crate::arithmetic::split;
 pub enum Demand {
     /// The bridge is off and the motor free.
     Off,
-    /// The bridge is on, no torque.
+    /// Enabled, and no torque: the bridge is off, the motor free.
     Idle,
     /// Torque control.
     Torque {

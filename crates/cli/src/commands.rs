@@ -1,8 +1,10 @@
 //! The subcommands.
 
+pub(crate) mod calibrate;
 pub(crate) mod eds;
 pub(crate) mod lss;
 pub(crate) mod monitor;
+mod motor;
 pub(crate) mod nmt;
 pub(crate) mod od;
 pub(crate) mod play;
@@ -13,3 +15,4 @@ pub(crate) mod scenario;
 pub(crate) mod sdo;
 pub(crate) mod sim;
 mod stop;
+pub(crate) mod tune;

@@ -20,7 +20,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim};
+use commands::{
+    calibrate, eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim, tune,
+};
 pub(crate) use failure::Failure;
 
 /// Virtual CiA 402 servo drives on a CAN bus, and a tool to find, read, operate and test such drives.
@@ -57,6 +59,8 @@ enum Command {
     Monitor(monitor::Arguments),
     Od(od::Arguments),
     Eds(eds::Arguments),
+    Calibrate(calibrate::Arguments),
+    Tune(tune::Arguments),
     Play(play::Arguments),
     Program(program::Arguments),
     Scenario(scenario::Arguments),
@@ -74,6 +78,8 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
         Command::Eds(arguments) => eds::run(arguments),
+        Command::Calibrate(arguments) => calibrate::run(arguments),
+        Command::Tune(arguments) => tune::run(arguments),
         Command::Play(arguments) => play::run(arguments),
         Command::Program(arguments) => program::run(arguments),
         Command::Scenario(arguments) => scenario::run(arguments),

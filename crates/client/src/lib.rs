@@ -10,15 +10,19 @@
 
 pub mod axis;
 mod block_on;
+pub mod calibrate;
 mod client;
 pub mod decode;
+mod fit;
 mod link;
 pub mod lss;
 mod nmt;
 pub mod pdo;
 pub mod scan;
 pub mod sdo;
+pub mod session;
 pub mod transcript;
+pub mod tune;
 mod value;
 
 pub use block_on::block_on;

@@ -9,7 +9,7 @@ use personalities::{Personality, class};
 
 use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
 use crate::parameters::{LoopParameters, read_parameters};
 use crate::phasing::PhasingWatch;
@@ -118,6 +118,7 @@ impl Application {
             (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
+            (class::TARGET_VL_VELOCITY, Target::VlVelocity),
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
@@ -129,6 +130,17 @@ impl Application {
             }
         }
         self.take_demand();
+    }
+
+    /// A SYNC was received; what came with it has been acted upon.
+    pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
+        self.faults.sync(now);
+        if self.axis.mode() == Mode::INTERPOLATED_POSITION {
+            let targets = read_targets(image, &self.personality.axis);
+            let actual = self.actual();
+            self.axis.sync(&self.configuration, &targets, &actual);
+            self.take_demand();
+        }
     }
 
     /// Once per millisecond.
@@ -389,6 +401,20 @@ impl Application {
         }
     }
 
+    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
+    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let taken = self
+            .axis
+            .push_set_point(position, &self.configuration, &targets, &actual);
+        if taken {
+            Verdict::Accept
+        } else {
+            Verdict::Refuse(Abort::DEVICE_STATE)
+        }
+    }
+
     /// A change of direction under power would turn the demand round.
     fn write_polarity(&self, polarity: i8) -> Verdict {
         match polarity {
@@ -447,6 +473,13 @@ impl Application {
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
+        if objects.targets.interpolation_data == Some(object) {
+            return self.write_interpolation_data(image, raw as i32);
+        }
+        if objects.targets.interpolation_clear == Some(object) {
+            self.axis.clear_buffer(raw != 0);
+            return Verdict::Done;
+        }
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
             || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
         {
@@ -459,6 +492,10 @@ impl Application {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
+                return Verdict::Accept;
+            }
+            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
             // P48: an angle only where one is used.
             (0xEA, 0) => {
                 return match self.axis.demand() {
@@ -492,6 +529,7 @@ impl Application {
             &self.feedback,
             &self.signals,
             self.loops.pm_per_ampere,
+            self.configuration.vl.counts_per_s,
         );
         if let Some(homing) = &self.personality.axis.homing {
             image.set(homing.is_homed, u8::from(self.axis.is_homed()));

@@ -43,7 +43,9 @@ pub(crate) fn command(
 ) -> Command<f32> {
     let limits = limits(demand, mode, configuration, max_motor_velocity, loops);
     let base = Command {
-        enabled: !matches!(demand, Demand::Off),
+        // Idle is no torque (P3 l.842), not torque control at 0: with a current loop closed the
+        // converters could only ever read their old zeros (P3 l.238).
+        enabled: !matches!(demand, Demand::Off | Demand::Idle),
         current_limit: limits.current_a,
         velocity_limit: limits.velocity,
         frame: FrameSource::rotor(),

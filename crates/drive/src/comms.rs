@@ -307,11 +307,11 @@ impl<M: NodeMemory> Comms<M> {
     }
 
     fn handle(&mut self, events: Events, now: Instant) {
-        if events.sync {
-            self.application.faults.sync(now);
-        }
         if !events.changed.is_empty() {
             self.application.changed(&self.node.image(), events.changed);
+        }
+        if events.sync {
+            self.application.sync(&self.node.image(), now);
         }
         if events.reset.is_some() {
             self.reset = events.reset;

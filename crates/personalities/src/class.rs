@@ -4,6 +4,8 @@
 pub const TARGET_POSITION: u8 = 1;
 /// A target velocity was written.
 pub const TARGET_VELOCITY: u8 = 2;
+/// A target of velocity mode was written.
+pub const TARGET_VL_VELOCITY: u8 = 10;
 /// A target torque was written.
 pub const TARGET_TORQUE: u8 = 3;
 /// An electrical angle was written.

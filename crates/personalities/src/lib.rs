@@ -25,6 +25,6 @@ pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyR
 pub use objects::{
     AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects,
     HomingObjects, HomingSearchObjects, InputObjects, LoopObjects, MotorObjects, Scaled,
-    TargetObjects, TargetWindow, WindowObjects,
+    TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};

@@ -65,6 +65,12 @@ pub struct TargetObjects {
     pub velocity: Scaled,
     /// 0x6071, per mille of rated torque.
     pub torque: Scaled,
+    /// 0x6042, in units of velocity mode ([`VlObjects`]).
+    pub vl_velocity: Option<Field>,
+    /// 0x60C1,1, counts: what is written to it goes into the buffer of interpolated position mode.
+    pub interpolation_data: Option<canopen::Address>,
+    /// 0x60C4,6: empties that buffer.
+    pub interpolation_clear: Option<canopen::Address>,
     /// 0x60B0, counts.
     pub position_offset: Option<Scaled>,
     /// 0x60B1, counts/s.
@@ -97,6 +103,10 @@ pub struct FeedbackObjects {
     pub velocity_demand: [Option<Scaled>; 2],
     /// Torque demand after limits (0x6074, the P3's 0x3023,1), per mille of rated torque.
     pub torque_demand: [Option<Scaled>; 2],
+    /// 0x6044, in units of velocity mode ([`VlObjects`]).
+    pub vl_velocity: Option<Field>,
+    /// 0x60C4,4: set-points in the buffer of interpolated position mode.
+    pub interpolation_buffered: Option<Field>,
     /// 0x60F4, counts.
     pub following_error: Option<Scaled>,
     /// Velocity demand minus actual (the P3's 0x3023,2), counts/s.
@@ -141,10 +151,16 @@ pub struct ConfigurationObjects {
     pub position_limits: Option<(Scaled, Scaled)>,
     /// 0x6072, per mille of rated torque.
     pub max_torque: Scaled,
+    /// 0x6086 and 0x60A4,1, counts/s³: linear ramps (0), or limited jerk (3).
+    pub jerk: Option<(Field, Scaled)>,
+    /// Unit and ramps of velocity mode.
+    pub vl: Option<VlObjects>,
     /// 0x6087, per mille of rated torque per second.
     pub torque_slope: Option<Scaled>,
     /// 0x60C2,1 and 2: value and power of ten of a second.
     pub interpolation_period: Option<(Field, Field)>,
+    /// 0x60C4,2: set-points that the buffer takes.
+    pub interpolation_buffer: Option<Field>,
     /// 0x605A.
     pub quick_stop_option: Option<Field>,
     /// 0x605B.
@@ -171,6 +187,23 @@ pub struct ConfigurationObjects {
     pub velocity_window: TargetWindow,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
+}
+
+/// Velocity mode (2): its unit is rpm × dimension factor, its rates a speed in a time.
+#[derive(Clone, Copy, Debug)]
+pub struct VlObjects {
+    /// Counts per turn.
+    pub encoder_resolution: Field,
+    /// 0x604C,1 and 2: numerator and denominator.
+    pub dimension_factor: (Field, Field),
+    /// 0x604B,1 and 2: numerator and denominator; for target and actual velocity only.
+    pub set_point_factor: (Field, Field),
+    /// 0x6048,1 and 2: speed and s.
+    pub acceleration: (Field, Field),
+    /// 0x6049,1 and 2: speed and s.
+    pub deceleration: (Field, Field),
+    /// 0x604A,1 and 2: speed and s.
+    pub quick_stop: (Field, Field),
 }
 
 /// Homing.

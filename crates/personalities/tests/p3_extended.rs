@@ -32,14 +32,18 @@ fn every_application_object_of_the_p3_is_there_and_all_but_three_are_the_same() 
             otherwise.push(address.index);
         }
     }
-    // The quick stop option code is an INTEGER16, 0x603F the present error, and there is more than
-    // one homing method.
-    assert_eq!(otherwise, [0x603F, 0x605A, 0x6098]);
+    // The quick stop option code is an INTEGER16, 0x603F the present error, and there are more homing
+    // methods and modes.
+    assert_eq!(otherwise, [0x603F, 0x605A, 0x6098, 0x6502]);
 }
 
 #[test]
 fn what_it_adds() {
     use DataType::{Domain, I8, I16, I32, U8, U16, U32};
+    // Targets and commands, which are not stored.
+    const TARGETS: [(u16, u8); 2] = [(0x6042, 0), (0x60C1, 1)];
+    // Neither is what never changes or cannot be read.
+    const CONSTANT: [(u16, u8); 4] = [(0x60A3, 0), (0x60C4, 1), (0x60C4, 5), (0x60C4, 6)];
     let (faithful, extended) = tables();
     let mut added = Vec::new();
     for row in extended.rows().iter().filter(|row| is_application(row)) {
@@ -62,6 +66,18 @@ fn what_it_adds() {
         (0x2430, 6, U8, false),
         (0x2431, 1, U32, true),
         (0x6007, 0, I16, true),
+        (0x6042, 0, I16, true),
+        (0x6044, 0, I16, false),
+        (0x6048, 1, U32, true),
+        (0x6048, 2, U16, true),
+        (0x6049, 1, U32, true),
+        (0x6049, 2, U16, true),
+        (0x604A, 1, U32, true),
+        (0x604A, 2, U16, true),
+        (0x604B, 1, I16, true),
+        (0x604B, 2, I16, true),
+        (0x604C, 1, I32, true),
+        (0x604C, 2, I32, true),
         (0x605B, 0, I16, true),
         (0x605C, 0, I16, true),
         (0x605D, 0, I16, true),
@@ -71,10 +87,21 @@ fn what_it_adds() {
         (0x606B, 0, I32, false),
         (0x6074, 0, I16, false),
         (0x6085, 0, U32, true),
+        (0x6086, 0, I16, true),
         (0x6087, 0, U32, true),
         (0x6099, 1, U32, true),
         (0x6099, 2, U32, true),
         (0x609A, 0, U32, true),
+        (0x60A3, 0, U8, false),
+        (0x60A4, 1, U32, true),
+        (0x60C0, 0, I16, true),
+        (0x60C1, 1, I32, true),
+        (0x60C4, 1, U32, false),
+        (0x60C4, 2, U32, true),
+        (0x60C4, 3, U8, true),
+        (0x60C4, 4, U16, false),
+        (0x60C4, 5, U8, false),
+        (0x60C4, 6, U8, false),
     ]);
     let methods = cia402::HomingMethod::ALL.len() as u8;
     expected.extend((1..=methods).map(|sub| (0x60E3, sub, I8, false)));
@@ -82,7 +109,11 @@ fn what_it_adds() {
     assert_eq!(added, expected);
     for (index, sub, _, writable) in added {
         let row = row_of(&extended, index, sub).expect("the row");
-        if row.data_type == Domain {
+        if TARGETS.contains(&(index, sub)) {
+            assert!(row.maps_rpdo && row.group == canopen::Group::None);
+        } else if CONSTANT.contains(&(index, sub)) {
+            assert!(!row.is_live && !row.maps_tpdo, "{}", row.address);
+        } else if row.data_type == Domain {
             assert_eq!(row.group, canopen::Group::None, "a stream is not stored");
         } else if writable {
             assert_eq!(row.group, canopen::Group::Application, "{}", row.address);
@@ -177,11 +208,16 @@ fn its_dialects_are_the_standards() {
     };
     assert_eq!(P3_EXTENDED.device.dialect, canopen);
     let standard = cia402::Dialect {
-        modes: P3.cia402.modes,
+        modes: P3
+            .cia402
+            .modes
+            .with(cia402::Mode::VELOCITY)
+            .with(cia402::Mode::INTERPOLATED_POSITION),
         ..cia402::Dialect::STANDARD
     };
     assert_eq!(P3_EXTENDED.cia402, standard);
-    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x07AD);
+    assert_eq!(P3_EXTENDED.cia402.supported_drive_modes(), 0x07EF);
+    assert_eq!(P3.cia402.supported_drive_modes(), 0x07AD);
     assert!(standard.halt_bit && standard.remote_bit && standard.ramps_on_stop);
     assert!(!P3.cia402.halt_bit);
     assert!(personalities::by_name("p3-extended").is_some());

@@ -51,7 +51,7 @@ pub use inverter::{Bridge, Inverter};
 pub use load::{Load, Stops};
 pub use mechanics::Mechanics;
 pub use motor::{EC_MAX_22_283860, Motor};
-pub use parameters::{Invalid, Parameters, VIRTUAL_P3};
+pub use parameters::{FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
 pub use sensors::{CurrentSensors, Sensed, Sensors};
 pub use spread::Spread;

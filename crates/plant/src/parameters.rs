@@ -81,6 +81,35 @@ pub const VIRTUAL_P3: Parameters = Parameters {
     amplifier_temperature_c: 25.0,
 };
 
+/// [`VIRTUAL_P3`] with every imperfection of its electrical side, in sizes that a sound drive may have.
+pub const FULL_P3: Parameters = Parameters {
+    bridge: Bridge {
+        dead_time_s: 200e-9,
+        switch_ohm: 0.03,
+        ..Bridge::IDEAL
+    },
+    link: Link {
+        brake_ohm: 22.0,
+        brake_on_v: 58.0,
+        brake_off_v: 56.0,
+        ..Link::SMALL
+    },
+    encoder: Encoder {
+        eccentricity_counts: 6.0,
+        eccentricity_phase_rad: 0.5,
+        lag_s: 30e-6,
+        noise_counts: 0.3,
+        bad_answers: 1e-4,
+        ..Encoder::ideal(4096, 0x0DF8)
+    },
+    current_sensors: CurrentSensors {
+        gain: [1.01, 0.99],
+        noise_counts: 1.5,
+        time_constant_s: 2e-6,
+    },
+    ..VIRTUAL_P3
+};
+
 impl Default for Parameters {
     /// [`VIRTUAL_P3`].
     fn default() -> Self {

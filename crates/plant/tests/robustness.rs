@@ -1,7 +1,9 @@
 //! Whatever a control loop commands, the world stays finite, and it is the same world every time.
 
 use control::io::Duty;
-use plant::{Parameters, Plant, Stops, Switch, SwitchName};
+use plant::{
+    EncoderFault, FULL_P3, Link, Parameters, Phase, Plant, Short, Stops, Switch, SwitchName,
+};
 
 /// A small generator of our own (xorshift), for repeatable nonsense.
 struct Nonsense(u64);
@@ -132,6 +134,107 @@ fn no_setting_makes_a_nan_either() {
             assert_sane(&mut plant);
         }
     }
+}
+
+/// Sets something electrical to nonsense, or breaks or mends it.
+fn meddle(plant: &mut Plant<f32>, nonsense: &mut Nonsense) {
+    let any = f32::from_bits(nonsense.next());
+    let phase = [Phase::A, Phase::B, Phase::C][nonsense.next() as usize % 3];
+    let yes = nonsense.next().is_multiple_of(2);
+    match nonsense.next() % 12 {
+        0 => plant.set_short(yes.then_some(Short::BesidePhase(phase))),
+        1 => plant.set_short(yes.then_some(Short::ToNegative(phase))),
+        2 => plant.set_short(yes.then_some(Short::ToPositive(phase))),
+        3 => plant.set_open_phase(phase, yes),
+        4 => plant.set_encoder_fault(
+            [
+                EncoderFault::None,
+                EncoderFault::Stuck,
+                EncoderFault::NoAnswer,
+                EncoderFault::BadParity,
+            ][nonsense.next() as usize % 4],
+        ),
+        5 => plant.set_magnet_mm(any),
+        6 => plant.set_bad_answers(any),
+        7 => plant.slip_magnet(nonsense.next() as i32),
+        8 => plant.set_logic_supply_v(if yes { 24.0 } else { any }),
+        9 => plant.set_link(&if yes {
+            Link::SMALL
+        } else {
+            Link {
+                capacitance_f: f64::from(nonsense.fraction()),
+                source_ohm: any.into(),
+                bleeder_ohm: f64::from(nonsense.fraction()),
+                brake_ohm: f64::from(nonsense.fraction()),
+                brake_on_v: any,
+                brake_off_v: nonsense.fraction(),
+            }
+        }),
+        10 => plant.set_noise_seed(nonsense.next() as i32),
+        _ => plant.set_supply_v(if yes { 48.0 } else { any }),
+    }
+}
+
+#[test]
+fn neither_does_meddling_with_the_electrical_side() {
+    for seed in 1..=20 {
+        let mut nonsense = Nonsense(0xD1B5_4A32_D192_ED03_u64.wrapping_mul(seed));
+        let mut plant = Plant::<f32>::new(&FULL_P3);
+        plant.set_motion(0, 1_000.0);
+        for _ in 0..5_000 {
+            meddle(&mut plant, &mut nonsense);
+            plant.load(&nonsense.duty());
+            for _ in 0..5 {
+                plant.step();
+            }
+            assert_sane(&mut plant);
+        }
+    }
+}
+
+#[test]
+fn a_world_of_impossible_parameters_is_refused_and_does_not_panic() {
+    let mut refused = 0;
+    for seed in 1..=2_000 {
+        let mut nonsense = Nonsense(0x94D0_49BB_1331_11EB_u64.wrapping_mul(seed));
+        let mut parameters = FULL_P3;
+        for _ in 0..3 {
+            let any = nonsense.fraction();
+            let wide = f64::from(any);
+            match nonsense.next() % 14 {
+                0 => parameters.bridge.dead_time_s = wide * 1e-5,
+                1 => parameters.bridge.switch_ohm = wide,
+                2 => parameters.bridge.overcurrent_a = any,
+                3 => parameters.bridge.blanking_s = wide * 1e-5,
+                4 => parameters.link.capacitance_f = wide * 1e-3,
+                5 => parameters.link.source_ohm = wide,
+                6 => parameters.link.brake_on_v = any,
+                7 => parameters.current_sensors.gain[0] = any,
+                8 => parameters.current_sensors.noise_counts = any,
+                9 => parameters.current_sensors.time_constant_s = wide * 1e-3,
+                10 => parameters.encoder.eccentricity_counts = any,
+                11 => parameters.encoder.lag_s = wide * 1e-3,
+                12 => parameters.encoder.magnet_mm = any,
+                _ => parameters.encoder.bad_answers = any,
+            }
+        }
+        let possible = parameters.check().is_ok();
+        refused += u32::from(!possible);
+        let mut plant = Plant::<f32>::new(&parameters);
+        for _ in 0..20 {
+            plant.load(&nonsense.duty());
+            for _ in 0..5 {
+                plant.step();
+            }
+            if possible {
+                assert_sane(&mut plant);
+            } else {
+                let _ = (plant.sample(), plant.truth());
+                let _ = plant.signals();
+            }
+        }
+    }
+    assert!((200..1_900).contains(&refused), "{refused}");
 }
 
 #[test]

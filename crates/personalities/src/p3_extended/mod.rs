@@ -8,6 +8,7 @@ mod communication;
 mod faults;
 mod homing;
 mod inputs;
+mod modes;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -22,6 +23,7 @@ const ROWS: &[&[Row]] = &[
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
     axis::ROWS,
+    modes::ROWS,
     homing::ROWS,
     &homing::METHOD_ROWS,
     inputs::ROWS,
@@ -44,9 +46,9 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     ..canopen::Dialect::STANDARD
 };
 
-/// Plain CiA 402, with the P3's modes.
+/// Plain CiA 402, with the P3's modes and more.
 pub const CIA402: cia402::Dialect = cia402::Dialect {
-    modes: p3::axis::MODES,
+    modes: axis::MODES,
     ..cia402::Dialect::STANDARD
 };
 

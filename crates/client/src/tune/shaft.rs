@@ -1,0 +1,249 @@
+//! What hangs on the shaft: inertia, friction, load, from steps of torque.
+
+use cia402::Mode;
+
+use crate::Link;
+use crate::fit::fit;
+use crate::session::{
+    ACTUAL_TORQUE, Cause, Finding, MAX_MOTOR_VELOCITY, Motor, POSITION, Sample, Session,
+    TARGET_TORQUE, Watch,
+};
+
+/// The mechanics as the drive's loops see them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaft {
+    /// Acceleration of one per mille of rated torque, counts/s².
+    pub acceleration_per_permille: f64,
+    /// Dry friction, per mille of rated torque.
+    pub friction_pm: f64,
+    /// Torque that opposes positive motion and helps negative, per mille of rated torque.
+    pub load_pm: f64,
+    /// Inertia over that of the rotor by the data sheet.
+    pub inertia_ratio: f64,
+}
+
+/// Part of the no-load speed at which the torque turns round.
+const SPEED_PART: f64 = 0.15;
+/// The rotor by itself would come to that speed in about this time.
+const RISE_S: f64 = 0.03;
+/// Torque, per mille of rated.
+const LEAST_PM: f64 = 120.0;
+const MOST_PM: f64 = 700.0;
+/// Samples, one each millisecond, that one direction of torque may take.
+const LONGEST: usize = 400;
+
+/// Where a run to and fro is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Leg {
+    Out,
+    Back,
+    Home,
+}
+
+impl<L: Link, W: Watch> Session<'_, L, W> {
+    /// Drives the shaft to and fro by torque and computes from its way what hangs on it. Ends
+    /// without power.
+    ///
+    /// # Errors
+    /// The shaft does not move, or not in the direction of the torque.
+    pub(crate) async fn identify(
+        &mut self,
+        motor: &Motor,
+        friction_nm: f64,
+    ) -> Result<Shaft, Cause> {
+        self.step("driving the shaft to and fro to see what hangs on it");
+        let turn_round = SPEED_PART * motor.no_load_speed();
+        let friction_pm = friction_nm / motor.rated_torque_nm * 1e3;
+        let by_inertia = turn_round / RISE_S / motor.acceleration_per_permille();
+        let torque = by_inertia.max(LEAST_PM).max(2.5 * friction_pm).min(MOST_PM);
+        let old_limit = self.read(MAX_MOTOR_VELOCITY).await?;
+        let limit = (3.0 * turn_round) as i64;
+        if old_limit == 0 || old_limit > limit {
+            self.borrow(MAX_MOTOR_VELOCITY, limit).await?;
+        }
+        self.write(TARGET_TORQUE, 0).await?;
+        self.start_recording(&[POSITION, ACTUAL_TORQUE], &[TARGET_TORQUE])
+            .await?;
+        self.enable().await?;
+        self.set_mode(Mode::CYCLIC_TORQUE.0).await?;
+        let mut speedometer = Speedometer::default();
+        let (mut leg, mut left) = (Leg::Out, LONGEST);
+        let mut lost = None;
+        let command = |_: usize, seen: Option<&Sample>| {
+            let speed = speedometer.speed(seen);
+            let next = match leg {
+                Leg::Out if speed >= turn_round => Leg::Back,
+                Leg::Back if speed <= -turn_round => Leg::Home,
+                Leg::Home if speed >= 0.0 => return None,
+                same => same,
+            };
+            left = if next == leg { left - 1 } else { LONGEST };
+            leg = next;
+            let runs_away = leg == Leg::Out && speed <= -turn_round;
+            if left == 0 || runs_away {
+                lost = Some((leg, speed));
+                return None;
+            }
+            let sign = if leg == Leg::Back { -1.0 } else { 1.0 };
+            Some(vec![(sign * torque) as i64])
+        };
+        let samples = self.record(3 * LONGEST, 1, command).await;
+        self.write(TARGET_TORQUE, 0).await?;
+        let samples = samples?;
+        self.power_off().await?;
+        self.stop_recording().await?;
+        if let Some((leg, speed)) = lost {
+            let wanted = match leg {
+                Leg::Back => -turn_round,
+                Leg::Out | Leg::Home => turn_round,
+            };
+            return Err(Finding {
+                what: "the speed that the torque gives the shaft",
+                seen: speed / wanted * 100.0,
+                low: 100.0,
+                high: f64::INFINITY,
+                unit: "% of the wanted one",
+                remedy: "the shaft is blocked or loaded, or the electrical zero is wrong; free \
+                         the shaft and calibrate",
+            }
+            .into());
+        }
+        mechanics(&samples, motor)
+    }
+}
+
+/// Speed from the last positions.
+#[derive(Debug, Default)]
+struct Speedometer {
+    last: Vec<(f64, f64)>,
+}
+
+impl Speedometer {
+    /// Counts/s over the last four samples.
+    fn speed(&mut self, seen: Option<&Sample>) -> f64 {
+        if let Some(sample) = seen {
+            self.last.push((sample.time_s, sample.values[0]));
+            if self.last.len() > 4 {
+                self.last.remove(0);
+            }
+        }
+        match (self.last.first(), self.last.last()) {
+            (Some(from), Some(to)) if to.0 > from.0 => (to.1 - from.1) / (to.0 - from.0),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Fits the way of the shaft to the torque that drove it, both integrated twice: no difference is
+/// taken of anything that was measured.
+fn mechanics(samples: &[Sample], motor: &Motor) -> Result<Shaft, Cause> {
+    let (mut once, mut twice) = ([0.0; 3], [0.0; 3]);
+    let mut rows = Vec::with_capacity(samples.len());
+    let origin = samples.first().map_or(0.0, |s| s.values[0]);
+    for (place, sample) in samples.iter().enumerate() {
+        let speed = speed_at(samples, place);
+        let direction = if speed == 0.0 { 0.0 } else { speed.signum() };
+        let now = [sample.values[1], direction, 1.0];
+        if place > 0 {
+            let before = &samples[place - 1];
+            let dt = sample.time_s - before.time_s;
+            let was = [before.values[1], speed_at(samples, place - 1).signum(), 1.0];
+            for n in 0..3 {
+                let mean = 0.5 * (now[n] + was[n]);
+                twice[n] += once[n] * dt + 0.5 * mean * dt * dt;
+                once[n] += mean * dt;
+            }
+        }
+        rows.push((
+            vec![1.0, sample.time_s + 1e-3, twice[0], twice[1], twice[2]],
+            sample.values[0] - origin,
+        ));
+    }
+    // The first row has no time behind it: all of its integrals are 0, which is as it should be.
+    let found = fit(&rows).ok_or(Cause::Samples {
+        sent: rows.len(),
+        came: rows.len(),
+    })?;
+    let per_permille = found.coefficients[2];
+    let ratio = motor.acceleration_per_permille() / per_permille;
+    Finding {
+        what: "the inertia at the shaft",
+        seen: ratio,
+        low: 0.01,
+        high: 1e4,
+        unit: "times the rotor's (0x3011,7)",
+        remedy: "the shaft does not follow the torque; calibrate the electrical zero first",
+    }
+    .check()?;
+    Ok(Shaft {
+        acceleration_per_permille: per_permille,
+        friction_pm: -found.coefficients[3] / per_permille,
+        load_pm: -found.coefficients[4] / per_permille,
+        inertia_ratio: ratio,
+    })
+}
+
+/// Speed about a sample, counts/s.
+fn speed_at(samples: &[Sample], place: usize) -> f64 {
+    let from = place.saturating_sub(2);
+    let to = (place + 2).min(samples.len() - 1);
+    let dt = samples[to].time_s - samples[from].time_s;
+    if dt > 0.0 {
+        (samples[to].values[0] - samples[from].values[0]) / dt
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOTOR: Motor = Motor {
+        pole_pairs: 1.0,
+        counts: 4096.0,
+        phase_resistance_ohm: 6.55,
+        phase_inductance_h: 0.000_364_5,
+        torque_constant_nm_per_a: 0.032,
+        rotor_inertia_kgm2: 4.45e-7,
+        continuous_a: 0.716,
+        rated_torque_nm: 0.023,
+        supply_v: 48.0,
+    };
+
+    #[test]
+    fn the_figures_of_a_shaft_come_out_of_its_way() {
+        for (ratio, friction, load) in [(1.0, 40.0, 0.0), (3.0, 10.0, 30.0), (0.9, 0.0, -20.0)] {
+            let per_permille = MOTOR.acceleration_per_permille() / ratio;
+            let (mut x, mut v) = (517.0, 0.0f64);
+            let mut samples = Vec::new();
+            let (mut torque, mut leg) = (150.0, 0);
+            for n in 0..20_000 {
+                if n % 10 == 0 {
+                    samples.push(Sample {
+                        time_s: f64::from(n) * 1e-4,
+                        values: vec![f64::floor(x), torque],
+                    });
+                }
+                let turn_round = 130_000.0;
+                if leg == 0 && v > turn_round {
+                    (torque, leg) = (-150.0, 1);
+                } else if leg == 1 && v < -turn_round {
+                    (torque, leg) = (150.0, 2);
+                } else if leg == 2 && v >= 0.0 {
+                    break;
+                }
+                let rubs = if v == 0.0 { 0.0 } else { v.signum() * friction };
+                v += (torque - rubs - load) * per_permille * 1e-4;
+                x += v * 1e-4;
+            }
+            let shaft = mechanics(&samples, &MOTOR).unwrap();
+            assert!(
+                (shaft.inertia_ratio / ratio - 1.0).abs() < 0.02,
+                "{shaft:?}"
+            );
+            assert!((shaft.friction_pm - friction).abs() < 4.0, "{shaft:?}");
+            assert!((shaft.load_pm - load).abs() < 4.0, "{shaft:?}");
+        }
+    }
+}
