@@ -202,7 +202,7 @@ pub(crate) fn read_parameters(
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,
-            literal: motor.i2t_is_literal,
+            literal: motor.i2t_rule.is_none_or(|rule| image.number(rule) == 0),
             continuous_a,
             peak_a,
             peak_time_s,
