@@ -13,7 +13,7 @@
 //! bridge open, [`diodes`]) → torque → [`Mechanics`] → [`Sensors`]; [`Plant`] ties them together.
 //! [`Motor`] and [`Parameters`] hold the numbers.
 //!
-//! Not modelled yet: cogging, saliency, heating, elastic loads, ripple of the currents within a PWM
+//! Not modelled yet: cogging, saliency, elastic loads, ripple of the currents within a PWM
 //! period.
 #![no_std]
 #![cfg_attr(
@@ -42,6 +42,7 @@ mod spread;
 mod stops;
 mod supply;
 mod switches;
+mod thermal;
 mod vector;
 mod winding;
 mod wiring;
@@ -50,13 +51,14 @@ pub use encoder::{Encoder, EncoderFault, field_at};
 pub use inverter::{Bridge, Inverter};
 pub use load::{Load, Stops};
 pub use mechanics::Mechanics;
-pub use motor::{EC_MAX_22_283860, Motor};
+pub use motor::{EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
 pub use parameters::{FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
 pub use sensors::{CurrentSensors, Sensed, Sensors};
 pub use spread::Spread;
 pub use supply::{Link, LogicSupply, Supply};
 pub use switches::{Switch, SwitchName, Switches};
+pub use thermal::{AmplifierThermal, MotorThermal, Thermal};
 pub use vector::Vector;
 pub use winding::Winding;
 pub use wiring::{Phase, SHORT_OHM, STRAY_H, Short};

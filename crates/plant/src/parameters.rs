@@ -4,7 +4,8 @@ use control::io::Scales;
 
 use crate::load::MAX_TURNS;
 use crate::{
-    Bridge, CurrentSensors, EC_MAX_22_283860, Encoder, Link, Load, LogicSupply, Motor, Switches,
+    AmplifierThermal, Bridge, CurrentSensors, EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Encoder,
+    Link, Load, LogicSupply, Motor, Switches, Thermal,
 };
 
 /// The parameters of a [`crate::Plant`].
@@ -43,8 +44,10 @@ pub struct Parameters {
     pub current_sensors: CurrentSensors,
     /// Where the sensors' noise starts; the same seed gives the same noise.
     pub noise_seed: u32,
-    /// Temperature of the amplifier, °C.
-    pub amplifier_temperature_c: f32,
+    /// Temperature of the surroundings, and of everything at the start, °C.
+    pub ambient_c: f32,
+    /// How motor and amplifier warm up; `None`: they keep the temperature that they have.
+    pub thermal: Option<Thermal>,
 }
 
 /// A Barrett P3 with the motor of its manual, running free.
@@ -52,7 +55,8 @@ pub struct Parameters {
 /// From the manual: 48 V, encoder reading 0x0DF8 under phase A, current zero 0x0729 of phase A. The
 /// zero of phase B, the steps of the converters and the diodes are ours: 2.5 mA a count spans
 /// -4.58 to +5.65 A about phase A's zero, so the 3.66 A of a stalled motor fit; 17.6 mV a count spans
-/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
+/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C. So are
+/// the amplifier's heat, a board of 6 J/K on a metal frame, and its 20 ns for a switching.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
     load: Load::NONE,
@@ -78,7 +82,16 @@ pub const VIRTUAL_P3: Parameters = Parameters {
     current_zero_counts: [0x0729 as f32, 2071.0],
     current_sensors: CurrentSensors::IDEAL,
     noise_seed: 1,
-    amplifier_temperature_c: 25.0,
+    ambient_c: 25.0,
+    thermal: Some(Thermal {
+        motor: EC_MAX_22_283860_THERMAL,
+        amplifier: AmplifierThermal {
+            k_per_w: 10.0,
+            time_constant_s: 60.0,
+            idle_w: 0.6,
+            switching_s: 20e-9,
+        },
+    }),
 };
 
 /// [`VIRTUAL_P3`] with every imperfection of its electrical side, in sizes that a sound drive may have.
@@ -158,6 +171,8 @@ pub enum Invalid {
     Link(f64),
     /// A figure of the logic supply is negative, infinite or undefined.
     Logic(f32),
+    /// A figure of `thermal` is negative, undefined or beyond reason.
+    Thermal(f64),
     /// A converter step in `scales` is not positive.
     Scale(f32),
     /// `supply_v`, `diode_drop_v`, a current zero or a temperature is undefined, infinite or (the
@@ -208,6 +223,9 @@ impl Parameters {
         }
         load.check(self.start_turns)?;
         self.switches.check()?;
+        if let Some(thermal) = &self.thermal {
+            thermal.check()?;
+        }
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }
@@ -238,7 +256,7 @@ impl Parameters {
             zero_b,
             scales.temperature_zero_c,
             scales.motor_temperature_zero_c,
-            self.amplifier_temperature_c,
+            self.ambient_c,
         ] {
             if !level.is_finite() {
                 return Err(Invalid::Level(level));

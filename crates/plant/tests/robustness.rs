@@ -112,7 +112,7 @@ fn no_setting_makes_a_nan_either() {
         let mut plant = Plant::<f32>::new(&everything());
         for _ in 0..5_000 {
             let any = f32::from_bits(nonsense.next());
-            match nonsense.next() % 8 {
+            match nonsense.next() % 11 {
                 0 => plant.set_supply_v(any),
                 1 => plant.set_load_torque_nm(any),
                 2 => plant.set_motion(nonsense.next() as i32, any),
@@ -122,7 +122,10 @@ fn no_setting_makes_a_nan_either() {
                     SwitchName::Home,
                     [None, Some(true), Some(false)][nonsense.next() as usize % 3],
                 ),
-                6 => plant.set_blocked(nonsense.next() > u32::MAX / 2),
+                6 => plant.set_motor_temperature_c(any),
+                7 => plant.set_ambient_c(any),
+                8 => plant.set_inputs(nonsense.next()),
+                9 => plant.set_blocked(nonsense.next() > u32::MAX / 2),
                 _ => plant.set_pwm_period_s(f64::from_bits(
                     u64::from(nonsense.next()) << 32 | u64::from(nonsense.next()),
                 )),

@@ -317,12 +317,12 @@ pub const PARAMETERS: &[Parameter] = &[
         "Reading of phase B's converter at no current, counts."
     ),
     row!(
-        "thermal.amplifier",
+        "thermal.ambient",
         Temperature,
         -273.15,
         1e3,
-        amplifier_temperature_c,
-        "Temperature of the amplifier at the start."
+        ambient_c,
+        "Temperature of the surroundings, and of everything at the start."
     ),
 ];
 

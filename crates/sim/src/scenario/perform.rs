@@ -80,7 +80,7 @@ impl Act {
                 format!("load torque of {of} to {}", shown(Quantity::Torque, torque))
             }
             Act::AmplifierTemperature(celsius) => {
-                let celsius = celsius.unwrap_or(made.amplifier_temperature_c);
+                let celsius = celsius.unwrap_or(made.ambient_c);
                 plant.set_amplifier_temperature_c(celsius);
                 let shown = shown(Quantity::Temperature, celsius);
                 format!("amplifier of {of} to {shown}")
