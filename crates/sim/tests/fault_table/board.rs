@@ -64,6 +64,10 @@ pub(super) const ROWS: &[Row] = &[
         provoke: |master| {
             let plant = master.drive(1).plant();
             plant.set_short(Some(Short::ToNegative(Phase::B)));
+            // An idle drive's bridge is open.
+            if master.state(1) == OPERATION_ENABLED {
+                master.write(1, 0x6060, 0, &[3]);
+            }
         },
         cease: |master| master.drive(1).plant().set_short(None),
         within_ms: (0.0, 3.0),
