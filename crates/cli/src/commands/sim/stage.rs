@@ -201,7 +201,7 @@ impl Stage {
             };
             let sender = match traffic.sender {
                 Sender::Outside(number) => self.guests.sent(number, doors),
-                Sender::Drive(_) => None,
+                Sender::Drive(_) | Sender::Stranger => None,
             };
             for _ in 0..traffic.copies {
                 doors.deliver(&traffic.frame, traffic.at.0, sender);
