@@ -1,5 +1,7 @@
 //! The bus: SYNC, lost frames, bus-off, and what CiA 301 watches.
 
+use sim::{Participant, Place, WireAct};
+
 use super::*;
 
 /// The longest of frames, which nobody answers: two of them take 270 µs.
@@ -19,7 +21,8 @@ fn quarrel(master: &mut Master, on: u8) {
         master.write(node, 0x1A00, 0, &[1]);
         master.write(node, 0x1800, 2, &[1]);
         master.write(node, 0x1800, 1, &[0x90, 0x01, 0, 0]);
-        master.write_i32(node, 0x6064, 0, i32::from(node));
+        // Node 1 sends a recessive bit where node 9 sends a dominant one: it is node 1 that errs.
+        master.write_i32(node, 0x6064, 0, 10 - i32::from(node));
     }
     master.send(0, &[1, 0]);
     master.run_ms(2);
@@ -54,16 +57,20 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         cause: Cause::BusOffRecovered,
-        how: "two drives answer a SYNC with one identifier and different data, until both are bus-off",
+        how: "two drives answer each SYNC with one identifier and different data, until one is bus-off",
         prepare: |master| quarrel(master, 1),
         provoke: |master| {
-            // A long frame behind the SYNC, at whose end both answers begin in the same bit.
-            master.send(0x80, &[]);
-            noise(master, 1);
+            // A long frame behind each SYNC, at whose end both answers begin in the same bit. The
+            // first takes both to error passive, the others node 1 alone to bus-off.
+            for _ in 0..25 {
+                master.send(0x80, &[]);
+                noise(master, 1);
+                master.run_ms(2);
+            }
         },
         cease: nothing,
-        // Some 32 attempts, then 128 times 11 recessive bits.
-        within_ms: (2.0, 20.0),
+        // Then 128 times 11 recessive bits.
+        within_ms: (36.0, 60.0),
         is_event: true,
     },
     // What follows the faithful P3 does not watch.
@@ -82,6 +89,21 @@ pub(super) const ROWS: &[Row] = &[
         cease: |master| master.write_u16(9, 0x1017, 0, 20),
         within_ms: (30.0, 55.0),
         is_event: false,
+    },
+    Row {
+        cause: Cause::ErrorPassive,
+        how: "the drive is cut off the bus for 30 ms: nobody acknowledges its heartbeats",
+        prepare: |master| master.write_u16(1, 0x1017, 0, 10),
+        provoke: |master| {
+            let drive = Participant::Drive(Place::of_node(id(1)));
+            master.bus.act(WireAct::Disconnect(drive)).unwrap();
+            master.run_ms(30);
+            master.bus.act(WireAct::Connect(drive)).unwrap();
+        },
+        cease: nothing,
+        // It can tell when it is heard again.
+        within_ms: (30.0, 35.0),
+        is_event: true,
     },
     Row {
         cause: Cause::PdoTooShort,

@@ -228,8 +228,8 @@ fn prove_fault(master: &mut Master, row: &Row, table: &FaultRow, name: &str) {
 
 fn prove_warning(master: &mut Master, row: &Row, table: &FaultRow, name: &str) {
     if row.is_event {
-        // It is over with the event.
-        master.run_ms(5);
+        // It is over with the event, or soon after.
+        master.run_ms(200);
         assert_eq!(ends(master, table.code).len(), 1, "{name}: its end");
         return;
     }
