@@ -83,6 +83,20 @@ pub(super) const ROWS: &[Row] = &[
         within_ms: (13.5, 16.5),
         is_event: false,
     },
+    Row {
+        cause: Cause::TorqueOff,
+        how: "safe torque off is asked for while the motor turns",
+        prepare: |master| {
+            master.write(1, 0x2433, 1, &[1]);
+            enable(master, 3);
+            master.write_i32(1, 0x60FF, 0, 20_000);
+            master.run_ms(100);
+        },
+        provoke: |master| master.drive(1).plant().set_torque_off(true),
+        cease: |master| master.drive(1).plant().set_torque_off(false),
+        within_ms: (0.0, 3.0),
+        is_event: true,
+    },
 ];
 
 #[test]

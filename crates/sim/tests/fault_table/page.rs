@@ -46,10 +46,14 @@ fn table(personality: &Personality) -> String {
             (_, None) => ("?", String::from("?")),
         };
         let switch = switch(personality, row.switch);
+        let status_bit = match row.status_bit {
+            bit @ 0..=31 => bit.to_string(),
+            _ => String::from("–"),
+        };
         writeln!(
             text,
-            "| 0x{:04X} | {kind} | {} | {} | {states} | {switch} | {how} | {when} |",
-            row.code, row.register_bit, row.status_bit
+            "| 0x{:04X} | {kind} | {} | {status_bit} | {states} | {switch} | {how} | {when} |",
+            row.code, row.register_bit
         )
         .unwrap();
     }
