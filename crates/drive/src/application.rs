@@ -1,6 +1,6 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
+use canopen::{Abort, Address, Changed, Image, Instant, NodeId, Verdict, store};
 use cia402::{
     Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
     Targets,
@@ -41,6 +41,8 @@ pub(crate) struct Application {
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
+    /// To be taken once its write is acknowledged.
+    pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
     new_captures: News,
     probes: Probes,
@@ -86,6 +88,7 @@ impl Application {
             new_command: true,
             new_limits: false,
             new_parameters: true,
+            new_node_id: None,
             new_shift: None,
             new_captures: News::INVERTED,
             probes: Probes::default(),
@@ -530,6 +533,15 @@ impl Application {
             self.axis.preset_position(shift);
             self.rename(shift);
             return Verdict::Done;
+        }
+        if self
+            .personality
+            .node_id
+            .is_some_and(|(address, _)| address == object)
+        {
+            // Its row has judged the range.
+            self.new_node_id = NodeId::new(raw as u8);
+            return Verdict::Accept;
         }
         let objects = &self.personality.axis;
         if objects.targets.interpolation_data == Some(object) {

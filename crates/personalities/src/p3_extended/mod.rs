@@ -78,6 +78,7 @@ pub static P3_EXTENDED: Personality = Personality {
     error_code: OBJECTS_CONST.optional(0x603F, 0),
     status_register: OBJECTS_CONST.optional(0x1002, 0),
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
+    node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     presets_position: Some(Address::new(0x6064, 0)),
     inputs: Some(inputs::objects(&OBJECTS_CONST)),
