@@ -16,6 +16,7 @@ use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets
 use crate::faults::{FaultManager, Observation};
 use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::phasing::PhasingWatch;
 use crate::probes::{self, Probes};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
@@ -34,6 +35,7 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    phasing: PhasingWatch,
     seen: Seen,
     /// What the control half has not taken yet.
     new_command: bool,
@@ -81,6 +83,7 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
+            phasing: PhasingWatch::default(),
             seen: Seen::default(),
             new_command: true,
             new_limits: false,
@@ -202,8 +205,18 @@ impl Application {
         let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
+        let scales = &self.hardware.scales;
+        let phasing_error = self.phasing.tick(
+            self.feedback.current_q_a,
+            self.feedback.velocity,
+            self.loops.rotor_amperes_per_acceleration,
+            self.loops.continuous_a,
+        );
         let seen = Observation {
             now,
+            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
+                + scales.motor_temperature_zero_c,
+            phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             signals: &self.signals,

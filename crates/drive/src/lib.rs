@@ -31,6 +31,7 @@ pub mod flash;
 mod host;
 mod inputs;
 mod parameters;
+mod phasing;
 mod probes;
 pub mod program;
 mod publish;

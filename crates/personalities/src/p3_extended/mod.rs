@@ -9,6 +9,7 @@ mod faults;
 mod homing;
 mod inputs;
 mod modes;
+mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -22,6 +23,7 @@ const ROWS: &[&[Row]] = &[
     p3::motor::AMPLIFIER_ROWS,
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
+    motor::ROWS,
     axis::ROWS,
     modes::ROWS,
     homing::ROWS,
@@ -64,7 +66,7 @@ pub static P3_EXTENDED: Personality = Personality {
     bit_rates: &can::BitRate::ALL,
     cia402: CIA402,
     axis: axis::axis(&OBJECTS_CONST),
-    motor: p3::motor::motor(&OBJECTS_CONST),
+    motor: motor::motor(&OBJECTS_CONST),
     amplifier: p3::motor::amplifier(&OBJECTS_CONST),
     faults: FAULTS,
     errors: ErrorRules {
