@@ -111,7 +111,9 @@ impl<M: NodeMemory> Comms<M> {
             ..health
         });
         show_id(personality, &mut image, id);
+        application.loaded(&image);
         application.changed(&image, Changed::EVERYTHING);
+        application.show_gains(&mut image);
         let comms = Comms {
             personality,
             node,
@@ -287,7 +289,10 @@ impl<M: NodeMemory> Comms<M> {
     ) -> Result<usize, store::Full> {
         let (table, id) = (self.personality.device.table, self.node.id());
         self.node.withdraw_verification();
-        store::save(&table, &self.node.image(), id, request, old, out)
+        self.application.before_store(&mut self.node.image());
+        let used = store::save(&table, &self.node.image(), id, request, old, out);
+        self.application.show_gains(&mut self.node.image());
+        used
     }
 
     /// Makes the bytes to be stored for [`Request::Restore`] in `out`: `old` without what goes back
@@ -363,6 +368,7 @@ impl<M: NodeMemory> Comms<M> {
     fn handle(&mut self, events: Events, now: Instant) {
         if !events.changed.is_empty() {
             self.application.changed(&self.node.image(), events.changed);
+            self.application.show_gains(&mut self.node.image());
         }
         if events.sync {
             self.application.sync(&self.node.image(), now);
