@@ -34,9 +34,6 @@ pub enum Request {
     /// Start over. After [`Reset::Node`] build the drive anew; after [`Reset::Communication`] call
     /// [`Comms::reset_communication`] with what is stored.
     Reset(Reset),
-    /// The drive answers to another node ID now. Until the next reset of the processor it is the
-    /// one to call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
-    NodeId(NodeId),
 }
 
 /// The node ID in stored parameters, of a drive that keeps its own there (the P3's 0x21B0). Damaged
@@ -66,8 +63,6 @@ pub struct Comms<M> {
     node: Node<M>,
     application: Application,
     reset: Option<Reset>,
-    /// The host has not been told yet.
-    renamed: Option<NodeId>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
     /// The controller has been off the bus since the last poll.
@@ -119,7 +114,6 @@ impl<M: NodeMemory> Comms<M> {
             node,
             application,
             reset: None,
-            renamed: None,
             restart_in: 0,
             was_bus_off: false,
             next_tick: Instant::NEVER,
@@ -193,7 +187,9 @@ impl<M: NodeMemory> Comms<M> {
         self.next_tick.min(self.node.next_deadline())
     }
 
-    /// The next frame to send, if there is one.
+    /// The next frame to send, if there is one. After the acknowledge of another node ID (the P3's
+    /// 0x21B0) the node has it ([`Node::id`]). Until the next reset of the processor it is the one to
+    /// call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
         let frame = self.node.transmit(&mut Serving {
@@ -213,7 +209,6 @@ impl<M: NodeMemory> Comms<M> {
             && let Some(id) = self.application.new_node_id.take()
         {
             self.node.rename(id);
-            self.renamed = Some(id);
         }
     }
 
@@ -265,9 +260,6 @@ impl<M: NodeMemory> Comms<M> {
     pub fn take_request(&mut self) -> Option<Request> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
-        }
-        if let Some(id) = self.renamed.take() {
-            return Some(Request::NodeId(id));
         }
         let request = self.application.storage_request.take()?;
         Some(match self.application.restores {
