@@ -56,7 +56,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         seen: &[Object],
         run: &Run,
     ) -> Result<Vec<Driven>, Cause> {
-        self.write(TARGET_TORQUE, 0).await?;
+        self.borrow(TARGET_TORQUE, 0).await?;
         self.start_recording(seen, &[TARGET_TORQUE]).await?;
         self.enable().await?;
         self.set_mode(Mode::CYCLIC_TORQUE.0).await?;
@@ -87,9 +87,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             Some(vec![sign * run.torque_pm])
         };
         let most = (2 * run.cycles as usize + 2) * LONGEST;
-        let samples = self.record(most, 1, command).await;
-        self.write(TARGET_TORQUE, 0).await?;
-        let samples = samples?;
+        let samples = self.record(most, 1, &[0], command).await?;
         self.power_off().await?;
         self.stop_recording().await?;
         if let Some((leg, speed)) = lost {

@@ -236,21 +236,16 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         stepped: Object,
         steps: &Steps,
     ) -> Result<Vec<(f64, f64)>, Cause> {
-        self.write(stepped, 0).await?;
+        self.borrow(stepped, 0).await?;
         self.enable().await?;
         let origin = self.read(POSITION).await?;
         match steps.position {
-            true => self.write(TARGET_POSITION, origin).await?,
-            false => self.write(TARGET_VELOCITY, 0).await?,
+            true => self.borrow(TARGET_POSITION, origin).await?,
+            false => self.borrow(TARGET_VELOCITY, 0).await?,
         }
         self.set_mode(mode.0).await?;
-        let response = self.step_response(steps, origin).await;
-        let quiet = self.write(stepped, 0).await;
-        let response = response?;
-        quiet?;
+        let response = self.step_response(steps, origin).await?;
         self.power_off().await?;
-        // It runs out before the next round.
-        self.wait(200).await?;
         Ok(response)
     }
 }

@@ -56,28 +56,37 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     ) -> Result<Vec<(f64, f64)>, Cause> {
         let run = RUN_UP_MS + (FIRST + COUNT) * steps.hold_ms;
         let full = steps.speed_per_ms as f64;
-        // The way of an even run-up, and of the speed behind it.
+        // The way of an even run-up, of the speed behind it, and of an even run-out.
         let way = |n: usize| {
-            let (n, up) = (n as f64, RUN_UP_MS as f64);
-            match n < up {
-                true => 0.5 * full * n * n / up,
-                false => full * (n - 0.5 * up),
+            let (n, up, end) = (n as f64, RUN_UP_MS as f64, run as f64);
+            let even = full * (n.min(end) - 0.5 * up);
+            match (n < up, n > end) {
+                (true, _) => 0.5 * full * n * n / up,
+                (_, true) => even + full * (n - end - 0.5 * (n - end).powi(2) / up),
+                _ => even,
             }
         };
         let command = |n: usize, _: Option<&Sample>| {
+            let out = (n.saturating_sub(run) as f64 / RUN_UP_MS as f64).min(1.0);
+            let up = (n as f64 / RUN_UP_MS as f64).min(1.0);
             let target = match steps.position {
                 true => origin + way(n).round() as i64,
-                false => (1e3 * full * (n as f64 / RUN_UP_MS as f64).min(1.0)) as i64,
+                false => (1e3 * full * (up - out)) as i64,
             };
             let half = steps.size / 2;
             let stepped = match n.checked_sub(RUN_UP_MS) {
+                _ if n > run => 0,
                 Some(after) if after / steps.hold_ms % 2 == 0 => half,
                 Some(_) => -half,
                 None => 0,
             };
             Some(vec![target, stepped])
         };
-        let samples = self.record(run, 1, command).await?;
+        let rest = match steps.position {
+            true => origin + way(run + RUN_UP_MS).round() as i64,
+            false => 0,
+        };
+        let samples = self.record(run + RUN_UP_MS, 1, &[rest, 0], command).await?;
         let mut sums = vec![(0.0, 0.0); steps.hold_ms];
         for sample in &samples {
             let n = (sample.time_s * 1e3).round() as usize;
@@ -99,7 +108,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         };
         Finding {
             what: "the way of the shaft",
-            seen: travelled / way(run) * 100.0,
+            seen: travelled / way(run + RUN_UP_MS) * 100.0,
             low: 80.0,
             high: 120.0,
             unit: "% of the commanded one",

@@ -139,3 +139,21 @@ pub(crate) async fn enter<L: Link>(client: &mut Client<L>, node: NodeId, sheet: 
             .unwrap_or_else(|error| panic!("{error}: {sheet:?}"));
     }
 }
+
+/// Writes what a calibration finds, from the truth.
+pub(crate) async fn calibrated<L: Link>(client: &mut Client<L>, node: NodeId, truth: &Parameters) {
+    use DataType::{I8, I16, U16, U32};
+    let mirrored = truth.encoder.reversed != truth.motor.wires_swapped;
+    let [bias_a, bias_b] = truth.current_zero_counts;
+    for (index, sub, data_type, value) in [
+        (0x3009, 1, U16, bias_a.round() as i64),
+        (0x3009, 2, U16, bias_b.round() as i64),
+        (0x3011, 1, I16, i64::from(truth.encoder.zero_counts)),
+        (0x3011, 2, I8, if mirrored { -1 } else { 1 }),
+        (0x3013, 5, U32, (truth.encoder.lag_s * 1e6).round() as i64),
+    ] {
+        let data = Value::Integer(value).encode(data_type).unwrap();
+        let object = Address::new(index, sub);
+        client.download(node, object, data).await.unwrap();
+    }
+}
