@@ -12,6 +12,8 @@ pub(super) struct Steps {
     pub(super) size: i64,
     /// How long each lasts, ms.
     pub(super) hold_ms: usize,
+    /// How many there are, a multiple of [`COUNT`].
+    pub(super) count: usize,
     /// The target is a position, not a velocity.
     pub(super) position: bool,
 }
@@ -54,7 +56,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         steps: &Steps,
         origin: i64,
     ) -> Result<Vec<(f64, f64)>, Cause> {
-        let run = RUN_UP_MS + (FIRST + COUNT) * steps.hold_ms;
+        let run = RUN_UP_MS + (FIRST + steps.count) * steps.hold_ms;
         let full = steps.speed_per_ms as f64;
         // The way of an even run-up, of the speed behind it, and of an even run-out.
         let way = |n: usize| {
@@ -95,7 +97,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
                 continue;
             };
             let (number, place) = (after / steps.hold_ms, after % steps.hold_ms);
-            if (FIRST..FIRST + COUNT).contains(&number) {
+            if (FIRST..FIRST + steps.count).contains(&number) {
                 let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
                 let beside = sample.values[0] - origin as f64 - way(n);
                 let sum = &mut sums[place];

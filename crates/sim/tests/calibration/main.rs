@@ -2,6 +2,7 @@
 //! the bus and nothing else; what they find is compared with the truth afterwards.
 
 mod motors;
+mod refusals;
 mod tuning;
 
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -38,7 +38,7 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
         damping: dice.between(0.7, 1.1),
     };
     let position = Asked {
-        bandwidth_hz: velocity.bandwidth_hz * dice.between(0.15, 0.25),
+        bandwidth_hz: velocity.bandwidth_hz * dice.between(0.12, 0.22),
         damping: 1.0,
     };
     let mut bus = bus(&motor, personality(seed), seed);
@@ -56,7 +56,8 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
         .map_err(|error: ProcedureError| format!("motor {seed}: {error}"))
     };
     let told: (Tuned, Tuned) = told?;
-    let mut truth = |which: Loop| natural_hz(&mut bus, &motor.truth, which);
+    let rated_nm = motor.sheet.rated_torque_mnm as f64 * 1e-3;
+    let mut truth = |which: Loop| natural_hz(&mut bus, &motor.truth, rated_nm, which);
     Ok([
         Outcome {
             asked_hz: velocity.bandwidth_hz,
@@ -66,7 +67,7 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
         Outcome {
             asked_hz: position.bandwidth_hz,
             told_hz: told.1.natural_hz,
-            true_hz: truth(Loop::Position),
+            true_hz: truth(Loop::Position(position.bandwidth_hz)),
         },
     ])
 }
@@ -74,15 +75,14 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
 #[derive(Clone, Copy, Debug)]
 enum Loop {
     Velocity(f64),
-    Position,
+    Position(f64),
 }
 
 /// The loop as it is: by the shaft's true motion, and by another definition than the tool's.
 ///
 /// The velocity loop answers a torque on its shaft with s / J(s² + 2ζωs + ω²), which is in phase
-/// with the torque at ω alone. The position loop, being of first order, is moved by a velocity
-/// offset by its size over ω.
-fn natural_hz(bus: &mut Bus, truth: &Parameters, which: Loop) -> f64 {
+/// with the torque at ω alone. The position loop is of first order: it comes back with e^(−ωt).
+fn natural_hz(bus: &mut Bus, truth: &Parameters, rated_nm: f64, which: Loop) -> f64 {
     let inertia = truth.motor.rotor_inertia_kgm2 + truth.load.inertia_kgm2;
     match which {
         Loop::Velocity(asked_hz) => {
@@ -94,7 +94,7 @@ fn natural_hz(bus: &mut Bus, truth: &Parameters, which: Loop) -> f64 {
                 let hz = (low * high).sqrt();
                 let omega = hz * TAU;
                 let torque = 0.3 * turns_s * TAU * 1.4 * omega * inertia;
-                match phase(bus, hz, torque) > 0.0 {
+                match phase(bus, hz, torque.min(0.3 * rated_nm)) > 0.0 {
                     true => low = hz,
                     false => high = hz,
                 }
@@ -103,21 +103,29 @@ fn natural_hz(bus: &mut Bus, truth: &Parameters, which: Loop) -> f64 {
             wait(bus, 300);
             (low * high).sqrt()
         }
-        Loop::Position => {
-            let offset = 20_000.0;
+        Loop::Position(asked_hz) => {
+            let offset = 40_000;
             let start = position(bus);
-            command(
-                bus,
-                8,
-                &[(0x607A, start), (0x60B1, offset as i64), (0x607A, start)],
-            );
-            wait(bus, 1_500);
-            let forward = turns(bus);
-            command(bus, 8, &[(0x60B1, -offset as i64), (0x607A, start)]);
-            wait(bus, 1_500);
-            let moved = (forward - turns(bus)).abs() * COUNTS;
+            command(bus, 8, &[(0x60B1, offset), (0x607A, start)]);
+            let settles = (1.5 / asked_hz * 1e3) as u64;
+            wait(bus, settles);
+            // Back to where it was, on the way of e^(−ωt) once the velocity loop has had its time.
+            command(bus, 8, &[(0x60B1, -offset), (0x607A, start)]);
+            let way: Vec<f64> = (0..settles)
+                .map(|_| {
+                    wait(bus, 1);
+                    turns(bus)
+                })
+                .collect();
             command(bus, 0, &[]);
-            2.0 * offset / moved / TAU
+            let end = way[way.len() - 1];
+            let left = |part: f64| {
+                let size = (way[0] - end).abs();
+                way.iter()
+                    .position(|x| (x - end).abs() < part * size)
+                    .unwrap() as f64
+            };
+            (0.3_f64 / 0.06).ln() / ((left(0.06) - left(0.3)) * 1e-3) / TAU
         }
     }
 }
@@ -216,26 +224,5 @@ fn two_hundred_loops_become_as_asked() {
                 assert!(off.abs() <= 0.1, "motor {seed}: {both:?}");
             }
         }
-    }
-}
-
-#[test]
-fn debug_zero() {
-    for seed in 0..4 {
-        let motor = loaded(seed);
-        let mut bus = bus(&motor, personality(seed), seed);
-        let mut client = Client::new(VirtualLink::new(&mut bus, 0));
-        block_on(async {
-            enter(&mut client, NODE, &motor.sheet).await;
-            motors::calibrated(&mut client, NODE, &motor.truth).await;
-            let mut session = Session::new(&mut client, NODE, ());
-            println!("{:?}", session.calibrate_current_sensor().await);
-            println!(
-                "{:?}",
-                session.calibrate_electrical_zero(Method::Turn).await
-            );
-            println!("{:?}", session.found());
-            println!("{:?}", motor.truth.encoder);
-        });
     }
 }
