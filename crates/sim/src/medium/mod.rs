@@ -8,6 +8,8 @@
 mod counters;
 mod decoder;
 mod protocol;
+#[cfg(test)]
+mod rules;
 
 pub use counters::{ErrorCounters, ErrorState};
 pub use protocol::ErrorKind;
