@@ -25,6 +25,9 @@ impl Statusword {
     /// Bit 13: following error (1, 8), homing error (6).
     pub const MODE_13: u16 = 1 << 13;
 
+    /// Bit 14, the maker's: safe torque off is active.
+    pub const TORQUE_OFF: u16 = 1 << 14;
+
     /// Bit `n`, 0 to 15; bits beyond are 0.
     pub const fn bit(self, n: u32) -> bool {
         n < 16 && (self.0 >> n) & 1 == 1

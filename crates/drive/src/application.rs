@@ -1,17 +1,22 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
 use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Target};
+use cia402::{
+    Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
+    Targets,
+};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
-use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
+use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
 use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
+use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::probes::{self, Probes};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
@@ -34,10 +39,12 @@ pub(crate) struct Application {
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
-    new_position: Option<i32>,
     new_shift: Option<i32>,
-    new_captures: bool,
-    captures: CaptureOrder,
+    new_captures: News,
+    probes: Probes,
+    word: Word,
+    /// Safe torque off has taken the torque away since the last tick.
+    torque_lost: bool,
     /// As last handed over, per mille.
     torque_limit_pm: f32,
     /// What of the parameters is to be saved, or with `restores` put back to its defaults.
@@ -76,10 +83,11 @@ impl Application {
             new_command: true,
             new_limits: false,
             new_parameters: true,
-            new_position: None,
             new_shift: None,
-            new_captures: true,
-            captures: CaptureOrder::default(),
+            new_captures: News::INVERTED,
+            probes: Probes::default(),
+            word: Word::default(),
+            torque_lost: false,
             torque_limit_pm: 0.0,
             storage_request: None,
             restores: false,
@@ -98,6 +106,12 @@ impl Application {
         self.seen = *seen;
         if self.personality.inputs.is_none() {
             self.seen.active = 0;
+            self.signals.torque_off = false;
+        }
+        if self.signals.torque_off {
+            self.torque_lost |= self.axis.is_powered();
+            self.axis.torque_off();
+            self.new_command |= self.axis.take_demand().is_some();
         }
     }
 
@@ -120,20 +134,59 @@ impl Application {
         ];
         for (class, target) in targets {
             if changed.has(class) {
-                let targets = read_targets(image, &self.personality.axis);
+                let targets = self.targets(image);
                 let actual = self.actual();
                 self.axis
                     .set_point(target, &self.configuration, &targets, &actual);
             }
         }
+        if changed.has(class::TOUCH_PROBE)
+            && let Some(inputs) = &self.personality.inputs
+        {
+            let function = image.raw(inputs.probes.function) as u16;
+            self.new_captures.add(self.probes.write(function));
+        }
         self.take_demand();
+    }
+
+    /// What the master wants, or an analog input in its stead.
+    fn targets(&self, image: &Image<'_>) -> Targets {
+        let targets = read_targets(image, &self.personality.axis);
+        match &self.personality.inputs {
+            Some(inputs) => analog_target(
+                image,
+                &inputs.analog,
+                &self.signals,
+                self.axis.mode(),
+                targets,
+            ),
+            None => targets,
+        }
+    }
+
+    /// What inputs ask for.
+    fn asked(&self, image: &Image<'_>) -> Asked {
+        self.personality
+            .inputs
+            .as_ref()
+            .map_or(Asked::default(), |inputs| {
+                Asked::by(image, inputs, self.seen.active, self.signals.torque_off)
+            })
+    }
+
+    /// Inputs act as bits of the controlword do.
+    fn obey_inputs(&mut self, image: &Image<'_>) {
+        let asked = self.asked(image);
+        if !self.is_stopped && self.word.ask(asked) {
+            self.pass_controlword(image);
+        }
     }
 
     /// A SYNC was received; what came with it has been acted upon.
     pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
         self.faults.sync(now);
         if self.axis.mode() == Mode::INTERPOLATED_POSITION {
-            let targets = read_targets(image, &self.personality.axis);
+            let targets = self.targets(image);
             let actual = self.actual();
             self.axis.sync(&self.configuration, &targets, &actual);
             self.take_demand();
@@ -142,7 +195,8 @@ impl Application {
 
     /// Once per millisecond.
     pub(crate) fn tick(&mut self, image: &Image<'_>, now: Instant) {
-        let targets = read_targets(image, &self.personality.axis);
+        self.obey_inputs(image);
+        let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
         let seen = Observation {
@@ -153,6 +207,7 @@ impl Application {
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
             active_inputs: self.seen.active,
+            torque_lost: core::mem::take(&mut self.torque_lost),
             // "Ignored in Idle/Homing modes" (l.998).
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
             connection_matters: self.is_powered()
@@ -208,18 +263,24 @@ impl Application {
             .map(|(parameters, _)| parameters)
     }
 
-    pub(crate) fn take_position(&mut self) -> Option<i32> {
-        self.new_position.take()
-    }
-
     pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
         self.new_shift.take()
     }
 
-    pub(crate) fn take_captures(&mut self) -> Option<CaptureOrder> {
-        let order = self.captures;
-        self.captures.triggers = Default::default();
-        core::mem::take(&mut self.new_captures).then_some(order)
+    pub(crate) fn take_captures(&mut self, image: &Image<'_>) -> Option<CaptureOrder> {
+        let news = core::mem::take(&mut self.new_captures);
+        (news != News::default()).then(|| {
+            let inputs = self.personality.inputs.as_ref();
+            let homing = self.axis.trigger().map(homing_trigger);
+            CaptureOrder {
+                inverted: inputs.map_or(0, |inputs| image.raw(inputs.inverted)),
+                triggers: [
+                    homing.filter(|_| news.has(News::HOMING)),
+                    news.has(News::PROBE_1).then(|| self.probes.trigger(0)),
+                    news.has(News::PROBE_2).then(|| self.probes.trigger(1)),
+                ],
+            }
+        })
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -235,10 +296,7 @@ impl Application {
         self.configuration = self.read_configuration(image);
         self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
         self.new_limits = true;
-        if let Some(inputs) = &self.personality.inputs {
-            self.captures.inverted = image.raw(inputs.inverted);
-            self.new_captures = true;
-        }
+        self.new_captures.add(News::INVERTED);
     }
 
     fn read_configuration(&self, image: &Image<'_>) -> Configuration {
@@ -274,11 +332,8 @@ impl Application {
         if let Some(shift) = self.axis.take_position_shift() {
             self.rename(shift);
         }
-        if let Some(trigger) = self.axis.take_trigger() {
-            if let Some(place) = self.captures.triggers.get_mut(captures::HOMING) {
-                *place = Some(homing_trigger(trigger));
-            }
-            self.new_captures = true;
+        if self.axis.take_trigger().is_some() {
+            self.new_captures.add(News::HOMING);
         }
         let limit = self.axis.torque_limit_pm(&self.configuration);
         if limit != self.torque_limit_pm {
@@ -288,8 +343,7 @@ impl Application {
         self.new_command |= self.axis.take_demand().is_some();
     }
 
-    /// Home is attained: all positions become `shift` counts greater, at once also those that are
-    /// shown before the control half has been seen again.
+    /// All positions become `shift` counts greater, at once also those that are shown before the control half has been seen again.
     fn rename(&mut self, shift: i32) {
         self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
         self.faults.position_renamed();
@@ -358,11 +412,19 @@ impl Application {
         if self.is_stopped {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
+        let asked = self.asked(image);
+        self.word.write(word, asked);
+        self.pass_controlword(image);
+        Verdict::Accept
+    }
+
+    fn pass_controlword(&mut self, image: &Image<'_>) {
+        let word = self.word.value();
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
             self.configuration = self.read_configuration(image);
         }
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let outcome = self
             .axis
@@ -371,11 +433,10 @@ impl Application {
             self.faults.reset();
         }
         self.take_demand();
-        Verdict::Accept
     }
 
     fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let result = self
             .axis
@@ -452,11 +513,9 @@ impl Application {
         }
         let raw = u32::from_le_bytes(raw);
         if self.personality.presets_position == Some(object) {
-            let position = raw as i32;
-            self.new_position = Some(position);
-            self.faults.position_renamed();
-            self.axis
-                .preset_position(position.wrapping_sub(self.feedback.position));
+            let shift = (raw as i32).wrapping_sub(self.feedback.position);
+            self.axis.preset_position(shift);
+            self.rename(shift);
             return Verdict::Done;
         }
         let objects = &self.personality.axis;
@@ -479,6 +538,10 @@ impl Application {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0xB8, 0) if !probes::is_supported(raw as u16) => {
+                return Verdict::Refuse(Abort::INVALID_VALUE);
+            }
+            (0xB8, 0) => return Verdict::Accept,
             (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
                 return Verdict::Accept;
             }
@@ -527,6 +590,21 @@ impl Application {
         }
         if let Some(inputs) = &self.personality.inputs {
             image.set(inputs.active, self.seen.active);
+            let torque_off = self.signals.torque_off;
+            image.set(inputs.torque_off, u8::from(torque_off));
+            if torque_off {
+                let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
+                image.set(self.personality.axis.statusword, status);
+            }
+            for (object, reading) in inputs
+                .analog
+                .readings
+                .iter()
+                .zip(self.signals.auxiliary_adc)
+            {
+                image.set(*object, reading as u16);
+            }
+            self.probes.publish(image, &inputs.probes, &self.seen);
         }
     }
 }

@@ -36,6 +36,10 @@ pub enum Request {
     Reset(Reset),
 }
 
+/// A communication half, the parameters with which the control half begins, and what was wrong with
+/// those stored.
+pub type Made<M> = (Comms<M>, Parameters<f32>, Option<store::Damage>);
+
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
@@ -73,7 +77,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Comms<M>, Parameters<f32>, Option<store::Damage>), ParameterError> {
+    ) -> Result<Made<M>, ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -193,20 +197,32 @@ impl<M: NodeMemory> Comms<M> {
         self.application.take_parameters(&self.node.image())
     }
 
-    /// A new name for the present position, counts.
-    pub fn take_position(&mut self) -> Option<i32> {
-        self.application.take_position()
-    }
-
-    /// By how much all positions become greater, captured ones as well; in force before the next
-    /// command.
+    /// By how much all positions become greater, captured ones as well, because the present one got
+    /// another name or home was found; in force before the next command.
     pub fn take_position_shift(&mut self) -> Option<i32> {
         self.application.take_position_shift()
     }
 
     /// What the control half shall capture.
     pub fn take_captures(&mut self) -> Option<CaptureOrder> {
-        self.application.take_captures()
+        self.application.take_captures(&self.node.image())
+    }
+
+    /// The outputs that are to be active, in the order of 0x60FE.
+    pub fn outputs(&mut self) -> u32 {
+        let image = self.node.image();
+        self.personality.inputs.map_or(0, |inputs| {
+            let (outputs, mask) = inputs.outputs;
+            image.raw(outputs) & image.raw(mask)
+        })
+    }
+
+    /// Whether the drive's terminating resistor is to be on the bus.
+    pub fn is_terminated(&mut self) -> bool {
+        let image = self.node.image();
+        self.personality
+            .termination
+            .is_some_and(|object| image.raw(object.field()) != 0)
     }
 
     /// What the drive asks of its host.

@@ -66,6 +66,8 @@ pub(crate) struct Observation<'a> {
     pub(crate) enabled: bool,
     /// In the order of 0x60FD.
     pub(crate) active_inputs: u32,
+    /// Safe torque off has taken the torque from an axis under power.
+    pub(crate) torque_lost: bool,
     /// Switches mean something to the present mode, or nothing moves.
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
@@ -266,8 +268,9 @@ impl FaultManager {
 
     /// 0x1002: a bit for each active error.
     pub(crate) fn status_register(&self) -> u32 {
-        self.rows(self.active)
-            .fold(0, |register, row| register | 1 << (row.status_bit & 31))
+        self.rows(self.active).fold(0, |register, row| {
+            register | 1u32.checked_shl(u32::from(row.status_bit)).unwrap_or(0)
+        })
     }
 
     /// Whether a warning is active.
@@ -370,6 +373,7 @@ impl FaultManager {
             Cause::NegativeLimitSwitch => is_pressed(seen, NEGATIVE_LIMIT),
             Cause::HomeSwitch => is_pressed(seen, HOME),
             Cause::Homing => conditions.homing_failed,
+            Cause::TorqueOff => seen.torque_lost,
             Cause::MotorTemperature | Cause::MotorPhasing => false,
         }
     }

@@ -29,13 +29,15 @@ mod drive;
 mod faults;
 pub mod flash;
 mod host;
+mod inputs;
 mod parameters;
+mod probes;
 pub mod program;
 mod publish;
 mod serving;
 
 pub use captures::CaptureOrder;
-pub use comms::{Comms, Request};
+pub use comms::{Comms, Made, Request};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};

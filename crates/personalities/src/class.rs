@@ -16,3 +16,5 @@ pub const TARGET_VOLTAGE: u8 = 7;
 pub const CONFIGURATION: u8 = 4;
 /// A parameter of the motor, the amplifier or a controller was written.
 pub const CONTROL: u8 = 5;
+/// The touch probe function was written.
+pub const TOUCH_PROBE: u8 = 12;

@@ -42,6 +42,8 @@ pub struct Personality {
     pub presets_position: Option<canopen::Address>,
     /// Where the drive finds its digital inputs, if it has any.
     pub inputs: Option<InputObjects>,
+    /// The object that switches the bus's terminating resistor, if there is one.
+    pub termination: Option<canopen::Handle<u8>>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
 }

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use control::io::Duty;
-use plant::{Parameters, Plant};
+use plant::{FULL_P3, Parameters, Plant, VIRTUAL_P3};
 
 const PERIODS: u32 = 2_000_000;
 const STEPS: u32 = 5;
@@ -32,8 +32,12 @@ fn control_period_ns(parameters: &Parameters, enabled: bool) -> f64 {
 }
 
 fn main() {
-    for (name, enabled) in [("switching", true), ("open", false)] {
-        let ns = control_period_ns(&Parameters::default(), enabled);
-        println!("bridge {name}: {ns:.1} ns per control period of {STEPS} steps and a sample");
+    for (world, parameters) in [("ideal", VIRTUAL_P3), ("full", FULL_P3)] {
+        for (name, enabled) in [("switching", true), ("open", false)] {
+            let ns = control_period_ns(&parameters, enabled);
+            println!(
+                "{world} world, bridge {name}: {ns:.1} ns per control period of {STEPS} steps and a sample"
+            );
+        }
     }
 }

@@ -116,5 +116,6 @@ pub static P3: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     presets_position: Some(Address::new(0x6064, 0)),    // P25
     inputs: None,
+    termination: None,
     host: None,
 };
