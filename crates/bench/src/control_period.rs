@@ -5,11 +5,11 @@ use control::io::Duty;
 use drive::{Drive, Hardware, Health};
 use plant::{Parameters, Plant};
 
-/// A P3 that turns its motor at 2,000 rpm, in the velocity loop; each call is one control period.
-pub(crate) fn new() -> impl FnMut() -> Duty<f32> {
+/// A P3 in a world of `parameters` that turns its motor at 2,000 rpm, in the velocity loop; each call
+/// is one control period.
+pub(crate) fn new(parameters: &Parameters) -> impl FnMut() -> Duty<f32> + use<> {
     let personality = &personalities::p3::P3;
-    let parameters = Parameters::default();
-    let mut plant = Plant::<f32>::new(&parameters);
+    let mut plant = Plant::<f32>::new(parameters);
     let hardware = Hardware {
         scales: parameters.scales,
         duty_margin: 0.0,

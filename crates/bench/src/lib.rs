@@ -10,11 +10,13 @@
 //! - [`cyclic_bus`]: four and six drives in cyclic synchronous position on one bus;
 //! - [`measure`]: counting instructions;
 //! - [`period`]: wall-clock time, for the control cascade and block transfers;
+//! - [`reference`]: the figures of a program in another language;
 //! - [`report`]: the figures as a table and as JSON.
 
 pub mod block;
 pub mod cyclic_bus;
 pub mod measure;
 pub mod period;
+pub mod reference;
 pub mod report;
 pub mod subject;

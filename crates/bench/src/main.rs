@@ -11,7 +11,8 @@ use std::{env, fs, io};
 use bench::block::{self, Contents};
 use bench::cyclic_bus::{Cycle, CyclicBus, NoCycle};
 use bench::measure::{self, MeasureError};
-use bench::period;
+use bench::period::{self, PeriodTime};
+use bench::reference::{self, ReferenceError};
 use bench::report::{Figure, Report, Row};
 use bench::subject::{Case, Direction, Side, Wrong};
 use clap::Parser;
@@ -29,6 +30,10 @@ struct Arguments {
     /// Also writes the figures to this file
     #[arg(long, value_name = "FILE", conflicts_with = "subject")]
     json: Option<PathBuf>,
+
+    /// Puts the control period of motulator beside ours: what python/reference/motulator_bench.py printed
+    #[arg(long, value_name = "FILE", conflicts_with = "subject")]
+    motulator: Option<PathBuf>,
 
     /// Runs one case of this stack and measures nothing
     #[arg(long, requires = "case", requires = "iterations", value_parser = subject_parser())]
@@ -75,6 +80,8 @@ enum Error {
     DebugBuild,
     #[error(transparent)]
     Measure(#[from] MeasureError),
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
     #[error("the path of this program: {0}")]
     Program(io::Error),
     #[error(transparent)]
@@ -87,7 +94,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match (arguments.subject, arguments.case, arguments.iterations) {
         (Some(subject), Some(case), Some(iterations)) => subjects::run(subject, case, iterations),
-        _ => measure_all(arguments.json.as_deref()),
+        _ => measure_all(arguments.json.as_deref(), arguments.motulator.as_deref()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -98,13 +105,18 @@ fn main() -> ExitCode {
     }
 }
 
-fn measure_all(json: Option<&Path>) -> Result<(), Error> {
+fn measure_all(json: Option<&Path>, motulator: Option<&Path>) -> Result<(), Error> {
     if cfg!(debug_assertions) {
         return Err(Error::DebugBuild);
     }
     let program = env::current_exe().map_err(Error::Program)?;
+    let motulator = motulator.map(reference::read).transpose()?;
     let mut report = Report {
-        subjects: SubjectName::ALL.map(SubjectName::name).to_vec(),
+        subjects: SubjectName::ALL
+            .map(SubjectName::name)
+            .into_iter()
+            .chain(motulator.map(|_| reference::MOTULATOR))
+            .collect(),
         rows: Vec::new(),
     };
     for case in Case::ALL {
@@ -125,12 +137,11 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
             figures: SubjectName::ALL
                 .into_iter()
                 .map(figure)
+                .chain(motulator.map(|_| Ok(None)))
                 .collect::<Result<_, _>>()?,
         });
     }
-    if let Some(time) = period::measure(period::RUNS, period::PERIODS, control_period::new()) {
-        report.push_control_period("servobus", time);
-    }
+    control_periods(&mut report, motulator);
     block_speed(&mut report)?;
     cyclic_hour(&mut report)?;
     println!("{}", report.table());
@@ -139,6 +150,31 @@ fn measure_all(json: Option<&Path>) -> Result<(), Error> {
         fs::write(path, text).map_err(|error| Error::Json(path.to_owned(), error))?;
     }
     Ok(())
+}
+
+/// One drive with its motor: in a world without imperfections, and in one that has them all.
+fn control_periods(report: &mut Report, motulator: Option<PeriodTime>) {
+    let servobus = SubjectName::Servobus.name();
+    for (parameters, metrics, beside) in [
+        (
+            plant::VIRTUAL_P3,
+            ["control_period_ns", "control_period_median_ns"],
+            motulator,
+        ),
+        (
+            plant::FULL_P3,
+            ["control_period_full_ns", "control_period_full_median_ns"],
+            None,
+        ),
+    ] {
+        let run = control_period::new(&parameters);
+        let ours = period::measure(period::RUNS, period::PERIODS, run);
+        let times: Vec<_> = [(servobus, ours), (reference::MOTULATOR, beside)]
+            .into_iter()
+            .filter_map(|(name, time)| Some((name, time?)))
+            .collect();
+        report.push_control_period(metrics, &times);
+    }
 }
 
 /// An hour of cyclic synchronous position on a bus of 1 Mbit/s: real time, load, following error.

@@ -40,13 +40,25 @@ pub struct Report {
 }
 
 impl Report {
-    /// Adds the time of a control period, which only `subject` has: the best run as
-    /// `control_period_ns`, the middle one as `control_period_median_ns`.
-    pub fn push_control_period(&mut self, subject: &str, time: PeriodTime) {
-        let (best, median) = (time.best_ns, time.median_ns);
-        self.push_one("control_period_ns", subject, Figure::Nanoseconds(best));
-        let median = Figure::Nanoseconds(median);
-        self.push_one("control_period_median_ns", subject, median);
+    /// Adds the time of a control period: the best run under the first name of `metrics`, the middle
+    /// one under the second. Subjects that are not in `times` have none.
+    pub fn push_control_period(
+        &mut self,
+        metrics: [&'static str; 2],
+        times: &[(&'static str, PeriodTime)],
+    ) {
+        let of = [
+            |time: &PeriodTime| time.best_ns,
+            |time: &PeriodTime| time.median_ns,
+        ];
+        for (metric, of) in metrics.into_iter().zip(of) {
+            let figure = |subject: &&str| {
+                let time = times.iter().find(|(name, _)| name == subject);
+                time.map(|(_, time)| Figure::Nanoseconds(of(time)))
+            };
+            let figures = self.subjects.iter().map(figure).collect();
+            self.rows.push(Row { metric, figures });
+        }
     }
 
     /// Adds how fast a pair of ends transfers blocks, if a transfer of `bytes` bytes takes `time`;
@@ -161,7 +173,8 @@ mod tests {
             best_ns: 189.96,
             median_ns: 201.0,
         };
-        report.push_control_period("ours", time);
+        let metrics = ["control_period_ns", "control_period_median_ns"];
+        report.push_control_period(metrics, &[("ours", time)]);
         let time = PeriodTime {
             best_ns: 1_000.0,
             median_ns: 3_000.0,

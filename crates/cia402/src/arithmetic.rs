@@ -54,6 +54,9 @@ pub(crate) fn split(x: f64) -> (i64, f64) {
     let fraction = x - floor as f64;
     if (0.0..1.0).contains(&fraction) {
         (floor, fraction)
+    } else if fraction >= 1.0 {
+        // A little less than a whole number.
+        (floor.saturating_add(1), 0.0)
     } else {
         (floor, 0.0)
     }
@@ -103,6 +106,7 @@ mod tests {
         assert_eq!(split(-2.0), (-2, 0.0));
         assert_eq!(split(f64::NAN), (0, 0.0));
         assert_eq!(split(1e300).1, 0.0);
-        assert_eq!(split(-1e-30), (-1, 0.0));
+        assert_eq!(split(-1e-30), (0, 0.0));
+        assert_eq!(split(-5.0 - 1e-20), (-5, 0.0));
     }
 }

@@ -1,18 +1,18 @@
 //! One drive function: the state machine, the mode in force and what they demand.
 
-use crate::arithmetic::{measured, within};
+mod braking;
+mod present;
+mod status;
+
+use crate::arithmetic::measured;
 use crate::conditions::Watch;
-use crate::modes::{Bits, Homing, Inputs, Limited, Motion};
+use crate::modes::{BUFFER_SIZE, Homing, Inputs, Motion};
 use crate::option_code::{Braking, QuickStopCode};
-use crate::path::Present;
 use crate::stop::Stop;
 use crate::{
-    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, HomingError, Mode,
-    ModeRefused, ModeSet, Outcome, State, Statusword, Target, Targets, Trigger,
+    Actual, Command, Configuration, Controlword, Demand, Dialect, HomingError, Mode, ModeRefused,
+    ModeSet, Outcome, State, Target, Targets, Trigger,
 };
-
-/// The motor is freed if a reaction to a fault has not brought it to rest by then, ms.
-const REACTION_LIMIT_MS: u16 = 10_000;
 
 /// One drive function.
 ///
@@ -174,6 +174,43 @@ impl Axis {
         }
     }
 
+    /// A SYNC was received, and what came with it is in force.
+    pub fn sync(&mut self, configuration: &Configuration, targets: &Targets, actual: &Actual) {
+        self.observe(actual);
+        if self.state == State::OperationEnabled && self.stop.is_none() {
+            let inputs = self.inputs(configuration, targets, actual);
+            if let Some(demand) = self.motion.generator_mut().sync(&inputs) {
+                self.put(demand);
+            }
+        }
+    }
+
+    /// A set-point for the buffer of interpolated position mode (0x60C1). Whether it was taken: if
+    /// not, the buffer is full or closed, or the mode not at work.
+    pub fn push_set_point(
+        &mut self,
+        position: i32,
+        configuration: &Configuration,
+        targets: &Targets,
+        actual: &Actual,
+    ) -> bool {
+        let inputs = self.inputs(configuration, targets, actual);
+        self.motion.generator_mut().push(position, &inputs)
+    }
+
+    /// Empties the buffer of interpolated position mode and opens or closes it (0x60C4,6).
+    pub fn clear_buffer(&mut self, open: bool) {
+        self.motion.generator_mut().clear(open);
+    }
+
+    /// Set-points in the buffer of interpolated position mode.
+    pub fn buffered(&self) -> u8 {
+        self.motion.generator().buffered()
+    }
+
+    /// Set-points that the buffer of interpolated position mode holds at most (0x60C4,1).
+    pub const BUFFER_SIZE: u8 = BUFFER_SIZE;
+
     /// Every position has become `offset` counts greater, because the actual position got another
     /// name (the P3's 0x6064). The axis stays where it is, and a move ends where it would have.
     /// The owner renames the position in the control half at the same moment.
@@ -184,6 +221,22 @@ impl Axis {
         }
         if let Demand::Position { start, .. } = &mut self.demand {
             *start = start.wrapping_add(offset);
+        }
+    }
+
+    /// The power stage cannot give torque any more (safe torque off): the motor is free at once, and
+    /// switching on is disabled.
+    pub fn torque_off(&mut self) {
+        match self.state {
+            State::ReadyToSwitchOn
+            | State::SwitchedOn
+            | State::OperationEnabled
+            | State::QuickStopActive => {
+                self.leave();
+                self.state = State::SwitchOnDisabled;
+            }
+            State::FaultReactionActive => self.leave(),
+            _ => {}
         }
     }
 
@@ -215,6 +268,11 @@ impl Axis {
         }
     }
 
+    /// What the control half shall capture for homing, in mode 6.
+    pub fn trigger(&self) -> Option<Trigger> {
+        self.homing().map(Homing::trigger)
+    }
+
     /// Whether homing has been done since the start, and not begun anew without success.
     pub fn is_homed(&self) -> bool {
         self.homed
@@ -242,66 +300,6 @@ impl Axis {
         } else {
             configuration.max_torque_pm
         }
-    }
-
-    /// A fault was noticed after which the motor cannot be controlled: transition 13. The motor is
-    /// free at once, also in the midst of a reaction to another fault; transition 14 follows with
-    /// the next tick.
-    pub fn fault(&mut self) {
-        if self.state != State::Fault {
-            self.leave();
-            self.state = State::FaultReactionActive;
-        }
-    }
-
-    /// A fault was noticed with which the motor can still be braked: transition 13, and the
-    /// reaction that 0x605E asks for. Transition 14 follows at rest, after 10 s at the latest.
-    pub fn fault_reaction(
-        &mut self,
-        configuration: &Configuration,
-        targets: &Targets,
-        actual: &Actual,
-    ) {
-        if matches!(self.state, State::FaultReactionActive | State::Fault) {
-            return;
-        }
-        let braking = Braking::of_fault(configuration);
-        match braking.filter(|_| self.dialect.ramps_on_stop && self.is_powered()) {
-            // Without torque there is nothing to go on with.
-            Some(braking) if self.demand != Demand::Idle => {
-                let inputs = self.inputs(configuration, targets, actual);
-                self.leave_motion();
-                self.begin_stop(self.braked(braking, &inputs));
-                self.state = State::FaultReactionActive;
-            }
-            _ => self.fault(),
-        }
-    }
-
-    /// The connection to the master was lost: 0x6007 says what follows, if the axis is under power.
-    /// Whether it is a fault; the owner then calls [`Axis::fault_reaction`].
-    pub fn connection_lost(
-        &mut self,
-        configuration: &Configuration,
-        targets: &Targets,
-        actual: &Actual,
-    ) -> bool {
-        if !self.is_powered() {
-            return false;
-        }
-        let command = match configuration.abort_connection_option {
-            1 => return true,
-            2 => Command::DisableVoltage,
-            3 => Command::QuickStop,
-            _ => return false,
-        };
-        let code = QuickStopCode::of(configuration);
-        let state = self.state.after(command, code.stays());
-        if state != self.state {
-            let inputs = self.inputs(configuration, targets, actual);
-            self.go(state, code, &inputs);
-        }
-        false
     }
 
     /// One millisecond has passed.
@@ -348,7 +346,7 @@ impl Axis {
                 let demand = self.stop.as_mut().map(|stop| stop.tick(&inputs));
                 let ended = self.stop.as_ref().is_none_or(Stop::stopped);
                 match demand {
-                    Some(demand) if !ended && self.reaction_ms < REACTION_LIMIT_MS => {
+                    Some(demand) if !ended && self.reaction_ms < braking::REACTION_LIMIT_MS => {
                         self.put(demand);
                     }
                     _ => {
@@ -402,55 +400,6 @@ impl Axis {
         self.controlword
     }
 
-    /// The value of 0x6041.
-    pub fn statusword(&self) -> Statusword {
-        let flag = |bit: u16, on: bool| if on { bit } else { 0 };
-        let bits = match (self.state, &self.stop) {
-            (State::OperationEnabled, None) => self.motion.generator().bits(),
-            // CiA 402: halted, bit 10 says that the axis stands.
-            (State::OperationEnabled, Some(_)) => Bits {
-                target_reached: self.halted,
-                ..self.motion.generator().bits()
-            },
-            // CiA 402: with codes 5 to 8, at rest.
-            (State::QuickStopActive, Some(stop)) => Bits {
-                target_reached: stop.stopped(),
-                specific: false,
-            },
-            _ => Bits::default(),
-        };
-        let following = self.state == State::OperationEnabled
-            && matches!(self.mode, Mode::PROFILE_POSITION | Mode::CYCLIC_POSITION)
-            && self.watch.following();
-        let homing_failed = self.state == State::OperationEnabled && self.homing_error().is_some();
-        Statusword(
-            self.state.pattern()
-                | flag(Statusword::VOLTAGE, self.voltage)
-                | flag(Statusword::WARNING, self.warning)
-                | flag(Statusword::REMOTE, self.dialect.remote_bit)
-                | flag(Statusword::TARGET_REACHED, bits.target_reached)
-                | flag(Statusword::INTERNAL_LIMIT, self.conditions().limited())
-                | flag(Statusword::MODE_12, bits.specific)
-                | flag(Statusword::MODE_13, following || homing_failed),
-        )
-    }
-
-    /// What the axis notices at present.
-    pub fn conditions(&self) -> Conditions {
-        let limited = match self.state {
-            State::OperationEnabled if self.stop.is_none() => self.motion.generator().limited(),
-            _ => Limited::default(),
-        };
-        let limits = Limited {
-            torque: limited.torque || (self.is_powered() && self.limited),
-            ..limited
-        };
-        Conditions {
-            homing_failed: self.homing_error().is_some(),
-            ..self.watch.conditions(limits)
-        }
-    }
-
     /// Takes note of what the statusword shows.
     fn observe(&mut self, actual: &Actual) {
         self.voltage = actual.voltage;
@@ -469,103 +418,7 @@ impl Axis {
             targets,
             actual,
             present: self.present(configuration, actual),
-        }
-    }
-
-    /// Where the axis stands: the demand where there is one, else the motor.
-    fn present(&self, configuration: &Configuration, actual: &Actual) -> Present {
-        let velocity = measured(actual.velocity);
-        let motor = Present {
-            position: actual.position,
-            fraction: 0.0,
-            velocity: if configuration.stands(velocity) {
-                0.0
-            } else {
-                velocity
-            },
-            torque_pm: measured(actual.torque_pm),
-            torque_is_demand: false,
-            angle: actual.electrical_angle,
-            left_ns: 0,
-        };
-        // A demand not yet taken is not yet in the control half's answers.
-        let start = self.demand.at(0);
-        let either = |own: f32, told: f32| measured(if self.fresh { own } else { told });
-        let demand_velocity = either(start.velocity, actual.demand_velocity);
-        match self.demand {
-            Demand::Off => Present {
-                velocity: 0.0,
-                torque_pm: 0.0,
-                ..motor
-            },
-            Demand::Idle => Present {
-                torque_pm: 0.0,
-                ..motor
-            },
-            Demand::Torque { .. } => Present {
-                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
-                torque_is_demand: true,
-                ..motor
-            },
-            Demand::TorqueWithAngle { angle, .. } => Present {
-                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
-                angle,
-                left_ns: match (self.fresh, self.demand) {
-                    (true, Demand::TorqueWithAngle { duration_ns, .. }) => duration_ns,
-                    _ => actual.demand_left_ns,
-                },
-                ..motor
-            },
-            Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
-            Demand::Velocity { .. } => Present {
-                velocity: demand_velocity,
-                ..motor
-            },
-            Demand::Position { .. } => Present {
-                position: if self.fresh {
-                    start.position
-                } else {
-                    actual.demand_position
-                },
-                fraction: within(either(start.fraction, actual.demand_fraction), 0.0, 1.0),
-                velocity: demand_velocity,
-                left_ns: if self.fresh { 0 } else { actual.demand_left_ns },
-                ..motor
-            },
-        }
-    }
-
-    /// A command leads to another state, at once or at the end of a ramp.
-    fn go(&mut self, state: State, code: QuickStopCode, inputs: &Inputs<'_>) {
-        let ramps = self.dialect.ramps_on_stop
-            && match state {
-                State::SwitchedOn => inputs.configuration.disable_option != 0,
-                State::ReadyToSwitchOn => inputs.configuration.shutdown_option == 1,
-                _ => false,
-            };
-        let moving = inputs.present.velocity != 0.0 && self.demand != Demand::Idle;
-        if self.state != State::OperationEnabled || !ramps || !moving {
-            self.enter(state, code, inputs);
-        } else if self.leaving.replace(state).is_none() {
-            self.begin_stop(self.braked(Braking::SlowDownRamp, inputs));
-        }
-    }
-
-    /// Operation enabled is not left after all.
-    fn stay(&mut self, inputs: &Inputs<'_>) {
-        self.leaving = None;
-        self.stop = None;
-        let motion = self.motion.generator_mut();
-        motion.resume(inputs);
-        let demand = motion.begin();
-        self.put(demand);
-    }
-
-    /// To rest from any motion.
-    fn braked(&self, braking: Braking, inputs: &Inputs<'_>) -> Stop {
-        match self.demand {
-            Demand::Position { .. } => Stop::by_position(braking, inputs),
-            _ => Stop::by_velocity(braking, inputs),
+            mode: self.mode,
         }
     }
 
@@ -598,7 +451,13 @@ impl Axis {
 
     /// The mode in force starts anew; its statusword bits are cleared (P3 l.474).
     fn start_mode(&mut self, inputs: &Inputs<'_>) {
-        self.motion = Motion::start(self.mode, inputs);
+        self.motion = Motion::start(
+            self.controlword,
+            &Inputs {
+                mode: self.mode,
+                ..*inputs
+            },
+        );
         self.watch = Watch::NEW;
         if self.leaving.is_some() {
             return;
@@ -616,8 +475,12 @@ impl Axis {
             (true, false) => {
                 let braking = Braking::of_halt(inputs.configuration);
                 self.begin_stop(match self.mode {
-                    Mode::PROFILE_POSITION => Stop::by_position(braking, inputs),
-                    Mode::PROFILE_VELOCITY | Mode::HOMING => Stop::by_velocity(braking, inputs),
+                    Mode::PROFILE_POSITION | Mode::INTERPOLATED_POSITION => {
+                        Stop::by_position(braking, inputs)
+                    }
+                    Mode::PROFILE_VELOCITY | Mode::VELOCITY | Mode::HOMING => {
+                        Stop::by_velocity(braking, inputs)
+                    }
                     // This mode's ramp is the torque slope.
                     Mode::PROFILE_TORQUE if braking != Braking::Limit => Stop::by_torque(inputs),
                     Mode::PROFILE_TORQUE => Stop::by_velocity(braking, inputs),

@@ -3,8 +3,10 @@
 //! Speeds and rates are `f32`: their rounding, 6e-8 of the value, is far below what any motor
 //! shows, and positions, which must be exact, are integers. The generators compute in `f64`.
 
+use crate::Mode;
 use crate::arithmetic::{AT_ONCE, magnitude};
 use crate::homing::{HomingConfiguration, HomingInputs};
+use crate::modes::BUFFER_SIZE;
 use crate::profile::ProfileLimits;
 
 /// A window and how long a value must be beyond it (monitors) or within it (targets).
@@ -14,6 +16,28 @@ pub struct Window {
     pub size: u32,
     /// Milliseconds.
     pub time_ms: u16,
+}
+
+/// Unit and ramps of velocity mode. Rates as in [`Configuration`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VlConfiguration {
+    /// Counts/s of one unit of the target (0x604B, 0x604C and the encoder's resolution).
+    pub counts_per_s: f32,
+    /// Rate of speeding up, counts/s² (0x6048).
+    pub acceleration: f32,
+    /// Rate of slowing down, counts/s² (0x6049).
+    pub deceleration: f32,
+    /// Rate of the quick stop, counts/s² (0x604A); unusable: the deceleration.
+    pub quick_stop_deceleration: f32,
+}
+
+/// How a moving axis is brought to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slowing {
+    /// Counts/s², above 0.
+    pub(crate) rate: f32,
+    /// Counts/s³; 0: a linear ramp.
+    pub(crate) jerk: f32,
 }
 
 /// Limits and profile parameters in internal units. It changes when objects change, not with time.
@@ -42,24 +66,31 @@ pub struct Configuration {
     pub position_limits: Option<(i32, i32)>,
     /// Greatest torque, per mille of rated torque (0x6072); negative or NaN: 0.
     pub max_torque_pm: f32,
+    /// Jerk of profile position and profile velocity, counts/s³ (0x60A4, if 0x6086 is 3); 0 or
+    /// unusable: linear ramps.
+    pub jerk: f32,
+    /// Unit and ramps of velocity mode (2).
+    pub vl: VlConfiguration,
     /// Torque slope, per mille of rated torque per second (0x6087); `None` or unusable: at once.
     pub torque_slope_pm_per_s: Option<f32>,
     /// Time that one cyclic set-point lasts, ns (0x60C2); 0 counts as 1 ms.
     pub interpolation_period_ns: u32,
+    /// Set-points that the buffer of interpolated position takes (0x60C4,2), 16 at most.
+    pub interpolation_buffer: u8,
     /// Quick stop option code (0x605A), 0 to 8; others count as 2.
-    pub quick_stop_option: i16,
+    pub quick_stop_option: i8,
     /// Shutdown option code (0x605B): 1 slows down on the slow-down ramp first; others free the
     /// motor at once.
-    pub shutdown_option: i16,
+    pub shutdown_option: i8,
     /// Disable operation option code (0x605C): 0 frees the motor at once; others slow down first.
-    pub disable_option: i16,
+    pub disable_option: i8,
     /// Halt option code (0x605D), 1 to 4; others count as 1.
-    pub halt_option: i16,
+    pub halt_option: i8,
     /// Fault reaction option code (0x605E), 0 to 4; others count as 2.
-    pub fault_reaction_option: i16,
+    pub fault_reaction_option: i8,
     /// Abort connection option code (0x6007): 1 fault, 2 disable voltage, 3 quick stop; others:
     /// nothing happens.
-    pub abort_connection_option: i16,
+    pub abort_connection_option: i8,
     /// Following error that warns and sets statusword bit 13, counts (0x6065, 0x6066).
     pub following_warning: Option<Window>,
     /// Following error that is a fault, counts (P3: 0x2120, 0x2121).
@@ -95,8 +126,11 @@ impl Default for Configuration {
             max_deceleration: None,
             position_limits: None,
             max_torque_pm: 1000.0,
+            jerk: 0.0,
+            vl: VlConfiguration::default(),
             torque_slope_pm_per_s: None,
             interpolation_period_ns: 1_000_000,
+            interpolation_buffer: BUFFER_SIZE,
             quick_stop_option: 2,
             shutdown_option: 0,
             disable_option: 1,
@@ -209,10 +243,33 @@ impl Configuration {
         )
     }
 
-    /// The rate at which a moving axis is brought to rest without a target, counts/s².
-    pub(crate) fn slow_down(&self) -> f64 {
-        self.deceleration(self.deceleration, self.acceleration)
-            .value
+    /// The slow-down ramp, on which a moving axis is brought to rest without a target.
+    pub(crate) fn slow_down(&self, mode: Mode) -> Slowing {
+        let (down, up) = match mode {
+            Mode::VELOCITY => (self.vl.deceleration, self.vl.acceleration),
+            _ => (self.deceleration, self.acceleration),
+        };
+        Slowing {
+            rate: self.deceleration(down, up).value as f32,
+            jerk: match mode {
+                Mode::PROFILE_POSITION | Mode::PROFILE_VELOCITY => self.jerk,
+                _ => 0.0,
+            },
+        }
+    }
+
+    /// The quick stop ramp, which is linear always.
+    pub(crate) fn quick_stop(&self, mode: Mode) -> Slowing {
+        let rate = match mode {
+            Mode::VELOCITY => self.vl.quick_stop_deceleration,
+            _ => self.quick_stop_deceleration,
+        };
+        let rate = if rate > 0.0 {
+            self.deceleration(rate, rate).value as f32
+        } else {
+            self.slow_down(mode).rate
+        };
+        Slowing { rate, jerk: 0.0 }
     }
 
     /// A position within the limits.
@@ -266,6 +323,8 @@ pub struct Targets {
     pub position: i32,
     /// Target velocity, counts/s (0x60FF).
     pub velocity: i32,
+    /// Target velocity of mode 2 in units of [`VlConfiguration::counts_per_s`] (0x6042).
+    pub vl_velocity: i16,
     /// Target torque, per mille of rated torque (0x6071).
     pub torque_pm: i16,
     /// Position offset, counts (0x60B0); cyclic position mode.
@@ -289,6 +348,8 @@ pub enum Target {
     Position,
     /// 0x60FF
     Velocity,
+    /// 0x6042
+    VlVelocity,
     /// 0x6071
     Torque,
     /// 0x60EA

@@ -63,6 +63,11 @@ impl Controlword {
         self.bit(4)
     }
 
+    /// Bit 4 in interpolated position mode: set-points are taken from the buffer.
+    pub const fn enables_interpolation(self) -> bool {
+        self.bit(4)
+    }
+
     /// Bit 4 in homing mode: 1 starts, 0 interrupts.
     pub const fn start_homing(self) -> bool {
         self.bit(4)

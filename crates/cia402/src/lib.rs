@@ -9,10 +9,9 @@
 //! [`Configuration`], in internal units: encoder counts, seconds, per mille of rated torque.
 //!
 //! Reading order: [`State`] (state machine), [`Controlword`], [`Statusword`], [`Mode`], [`Profile`]
-//! (the trapezoid), then the modes one by one, then [`Axis`], which ties them together.
+//! (the trapezoid) and [`JerkProfile`], then the modes one by one, then [`Axis`], which ties them together.
 //!
-//! Not here: velocity mode 2, interpolated position, cyclic torque with angle, the option
-//! codes 0x605B, 0x605C and 0x605E, and jerk limits. [`ModeSet::IMPLEMENTED`] says what works, and
+//! Not here: cyclic torque with angle. [`ModeSet::IMPLEMENTED`] says what works, and
 //! 0x6502 follows from it.
 #![no_std]
 #![cfg_attr(
@@ -33,6 +32,7 @@ mod controlword;
 mod demand;
 mod dialect;
 mod homing;
+mod jerk;
 mod mode;
 mod modes;
 mod option_code;
@@ -48,7 +48,7 @@ mod windows;
 
 pub use axis::Axis;
 pub use conditions::Conditions;
-pub use configuration::{Actual, Configuration, Target, Targets, Window};
+pub use configuration::{Actual, Configuration, Target, Targets, VlConfiguration, Window};
 pub use controlword::{Command, Controlword, ControlwordInMode};
 pub use demand::{Demand, Point};
 pub use dialect::Dialect;
@@ -56,6 +56,7 @@ pub use homing::{
     Captured, Direction, Edge, HomingConfiguration, HomingError, HomingInputs, HomingMethod,
     Switch, Trigger,
 };
+pub use jerk::JerkProfile;
 pub use mode::{Mode, ModeSet};
 pub use outcome::{ModeRefused, Outcome};
 pub use profile::{Profile, ProfileLimits};

@@ -73,9 +73,11 @@ impl ModeSet {
     pub const IMPLEMENTED: ModeSet = ModeSet::EMPTY
         .with(Mode::IDLE)
         .with(Mode::PROFILE_POSITION)
+        .with(Mode::VELOCITY)
         .with(Mode::PROFILE_VELOCITY)
         .with(Mode::PROFILE_TORQUE)
         .with(Mode::HOMING)
+        .with(Mode::INTERPOLATED_POSITION)
         .with(Mode::CYCLIC_POSITION)
         .with(Mode::CYCLIC_VELOCITY)
         .with(Mode::CYCLIC_TORQUE)

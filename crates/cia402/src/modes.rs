@@ -4,11 +4,14 @@ mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
 mod homing;
+mod interpolated_position;
+mod line;
 mod phase_voltage;
 mod profile_position;
 mod profile_torque;
 mod profile_velocity;
 mod torque_with_angle;
+mod velocity;
 
 use crate::path::Present;
 use crate::{Actual, Configuration, Controlword, Demand, Mode, Target, Targets};
@@ -16,11 +19,14 @@ use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
 pub(crate) use homing::Homing;
+pub(crate) use interpolated_position::BUFFER_SIZE;
+use interpolated_position::InterpolatedPosition;
 use phase_voltage::PhaseVoltage;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
 use torque_with_angle::TorqueWithAngle;
+use velocity::Velocity;
 
 /// What a generator may look at.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +36,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) actual: &'a Actual,
     /// Where the axis stands: the demand if there is one, else the motor.
     pub(crate) present: Present,
+    /// The mode in force.
+    pub(crate) mode: Mode,
 }
 
 /// Which limits hold a demand back.
@@ -65,6 +73,24 @@ pub(crate) trait Generator {
     /// A target object was received.
     fn set_point(&mut self, _target: Target, _inputs: &Inputs<'_>) -> Option<Demand> {
         None
+    }
+
+    /// A SYNC was received, and what came with it is in force.
+    fn sync(&mut self, _inputs: &Inputs<'_>) -> Option<Demand> {
+        None
+    }
+
+    /// A set-point for the buffer (0x60C1). Whether it was taken.
+    fn push(&mut self, _record: i32, _inputs: &Inputs<'_>) -> bool {
+        false
+    }
+
+    /// The buffer is emptied, and opened or closed (0x60C4,6).
+    fn clear(&mut self, _open: bool) {}
+
+    /// Set-points in the buffer.
+    fn buffered(&self) -> u8 {
+        0
     }
 
     /// One millisecond more; the demand of the next one, or `None` to go on with the present one.
@@ -114,9 +140,11 @@ impl Generator for Idle {
 pub(crate) enum Motion {
     Idle(Idle),
     ProfilePosition(ProfilePosition),
+    Velocity(Velocity),
     ProfileVelocity(ProfileVelocity),
     ProfileTorque(ProfileTorque),
     Homing(Homing),
+    InterpolatedPosition(InterpolatedPosition),
     CyclicPosition(CyclicPosition),
     CyclicVelocity(CyclicVelocity),
     CyclicTorque(CyclicTorque),
@@ -127,9 +155,13 @@ pub(crate) enum Motion {
 impl Motion {
     pub(crate) const IDLE: Motion = Motion::Idle(Idle);
 
-    /// The generator of `mode`, starting where the axis stands.
-    pub(crate) fn start(mode: Mode, inputs: &Inputs<'_>) -> Motion {
-        match mode {
+    /// The generator of the mode in force, starting where the axis stands under `word`.
+    pub(crate) fn start(word: Controlword, inputs: &Inputs<'_>) -> Motion {
+        match inputs.mode {
+            Mode::VELOCITY => Motion::Velocity(Velocity::new(word, inputs)),
+            Mode::INTERPOLATED_POSITION => {
+                Motion::InterpolatedPosition(InterpolatedPosition::new(word, inputs))
+            }
             Mode::PROFILE_POSITION => Motion::ProfilePosition(ProfilePosition::new(inputs)),
             Mode::PROFILE_VELOCITY => Motion::ProfileVelocity(ProfileVelocity::new(inputs)),
             Mode::PROFILE_TORQUE => Motion::ProfileTorque(ProfileTorque::new(inputs)),
@@ -147,6 +179,8 @@ impl Motion {
         match self {
             Motion::Idle(mode) => mode,
             Motion::ProfilePosition(mode) => mode,
+            Motion::Velocity(mode) => mode,
+            Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
             Motion::Homing(mode) => mode,
@@ -162,6 +196,8 @@ impl Motion {
         match self {
             Motion::Idle(mode) => mode,
             Motion::ProfilePosition(mode) => mode,
+            Motion::Velocity(mode) => mode,
+            Motion::InterpolatedPosition(mode) => mode,
             Motion::ProfileVelocity(mode) => mode,
             Motion::ProfileTorque(mode) => mode,
             Motion::Homing(mode) => mode,

@@ -1,6 +1,7 @@
 //! Option codes: how the axis slows down, and what it does at rest (0x605A, 0x605D, 0x605E).
 
-use crate::{Configuration, Dialect};
+use crate::configuration::Slowing;
+use crate::{Configuration, Dialect, Mode};
 
 /// How a stop slows down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,18 +15,11 @@ pub(crate) enum Braking {
 }
 
 impl Braking {
-    /// The rate, counts/s²; `None` without a ramp.
-    pub(crate) fn rate(self, configuration: &Configuration) -> Option<f64> {
+    /// The ramp, if there is one; `mode` has ramps of its own or uses the profile's.
+    pub(crate) fn slowing(self, configuration: &Configuration, mode: Mode) -> Option<Slowing> {
         match self {
-            Braking::SlowDownRamp => Some(configuration.slow_down()),
-            Braking::QuickStopRamp => {
-                let quick = configuration.quick_stop_deceleration;
-                if quick > 0.0 {
-                    Some(configuration.deceleration(quick, quick).value)
-                } else {
-                    Some(configuration.slow_down())
-                }
-            }
+            Braking::SlowDownRamp => Some(configuration.slow_down(mode)),
+            Braking::QuickStopRamp => Some(configuration.quick_stop(mode)),
             Braking::Limit => None,
         }
     }
@@ -53,7 +47,7 @@ impl Braking {
 
 /// The quick stop option code (0x605A), as latched when the quick stop began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct QuickStopCode(i16);
+pub(crate) struct QuickStopCode(i8);
 
 impl QuickStopCode {
     /// The standard's default.

@@ -2,7 +2,9 @@
 
 use crate::Demand;
 use crate::arithmetic::{split, within};
+use crate::configuration::Slowing;
 use crate::demand::whole;
+use crate::jerk::JerkProfile;
 use crate::profile::{Profile, ProfileLimits};
 
 /// Length of a tick, s and ns.
@@ -18,6 +20,8 @@ pub(crate) struct Present {
     pub(crate) fraction: f64,
     /// Counts/s.
     pub(crate) velocity: f64,
+    /// Counts/s², of the demand.
+    pub(crate) acceleration: f64,
     /// Per mille.
     pub(crate) torque_pm: f64,
     /// Whether the torque is a demand, not a measurement.
@@ -28,43 +32,93 @@ pub(crate) struct Present {
     pub(crate) left_ns: u32,
 }
 
+/// How a path gets to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Course {
+    Linear(Profile),
+    JerkLimited(JerkProfile),
+}
+
+impl Course {
+    /// From the present velocity and acceleration to rest.
+    fn stop(present: &Present, slowing: Slowing) -> Course {
+        let (v, a) = (present.velocity, present.acceleration);
+        let rate = f64::from(slowing.rate);
+        match JerkProfile::stop(v, a, rate, slowing.jerk) {
+            Some(profile) => Course::JerkLimited(profile),
+            None => Course::Linear(Profile::stop(v, rate)),
+        }
+    }
+
+    /// Position, velocity and acceleration, where that is known.
+    fn at(&self, t: f64) -> (f64, f64, f64) {
+        match self {
+            Course::Linear(profile) => {
+                let (position, velocity) = profile.at(t);
+                (position, velocity, 0.0)
+            }
+            Course::JerkLimited(profile) => profile.at(t),
+        }
+    }
+
+    fn velocities(&self, from: f64, to: f64) -> (f64, f64) {
+        match self {
+            Course::Linear(profile) => profile.velocities(from, to),
+            Course::JerkLimited(profile) => profile.velocities(from, to),
+        }
+    }
+
+    fn duration_s(&self) -> f64 {
+        match self {
+            Course::Linear(profile) => profile.duration_s(),
+            Course::JerkLimited(profile) => profile.duration_s(),
+        }
+    }
+
+    fn arrives(&self) -> bool {
+        match self {
+            Course::Linear(profile) => profile.arrives(),
+            Course::JerkLimited(profile) => profile.arrives(),
+        }
+    }
+}
+
 /// A position demand in counts that do not wrap, and the profile it follows. The profile is
 /// evaluated from its start each time, so that no error accumulates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Path {
     origin: i64,
     origin_fraction: f64,
-    profile: Profile,
-    ticks: u64,
+    course: Course,
+    ticks: u32,
 }
 
 impl Path {
-    /// From the present position and velocity to rest, as fast as `deceleration` (counts/s²)
-    /// allows.
-    pub(crate) fn stop(present: &Present, deceleration: f64) -> Path {
+    /// From the present position and velocity to rest.
+    pub(crate) fn stop(present: &Present, slowing: Slowing) -> Path {
         Path {
             origin: i64::from(present.position),
             origin_fraction: present.fraction,
-            profile: Profile::stop(present.velocity, deceleration),
+            course: Course::stop(present, slowing),
             ticks: 0,
         }
     }
 
     /// At the first tick: a path that began in motion continues from where the demand has come to
     /// since.
-    pub(crate) fn resume(&mut self, present: &Present, deceleration: f64) {
+    pub(crate) fn resume(&mut self, present: &Present, slowing: Slowing) {
         if !self.ended() {
-            self.restart(present, deceleration);
+            self.restart(present, slowing);
         }
     }
 
     /// From the present position and velocity to rest, in this path's counts.
-    pub(crate) fn restart(&mut self, present: &Present, deceleration: f64) {
+    pub(crate) fn restart(&mut self, present: &Present, slowing: Slowing) {
         let position = self.position();
         let moved = present.position.wrapping_sub(position as i32);
         *self = Path {
             origin: position.saturating_add(i64::from(moved)),
-            ..Path::stop(present, deceleration)
+            ..Path::stop(present, slowing)
         };
     }
 
@@ -74,12 +128,12 @@ impl Path {
     }
 
     fn time(&self) -> f64 {
-        self.ticks as f64 * TICK_S
+        f64::from(self.ticks) * TICK_S
     }
 
     /// Whole counts and fraction at the present tick, and the velocity.
     fn now(&self) -> (i64, f64, f64) {
-        let (relative, velocity) = self.profile.at(self.time());
+        let (relative, velocity, _) = self.course.at(self.time());
         let (counts, fraction) = split(self.origin_fraction + relative);
         (self.origin.saturating_add(counts), fraction, velocity)
     }
@@ -89,26 +143,31 @@ impl Path {
         self.now().0
     }
 
-    /// From the present tick on: a profile to `target`, in this path's counts.
-    pub(crate) fn go(&mut self, target: i64, limits: ProfileLimits) {
+    /// From the present tick on: a profile to `target`, in this path's counts. Where there is none
+    /// with limited jerk, it is linear.
+    pub(crate) fn go(&mut self, target: i64, limits: ProfileLimits, jerk: f32) {
         let (position, fraction, velocity) = self.now();
+        let (_, _, acceleration) = self.course.at(self.time());
         let distance = target.saturating_sub(position) as f64 - fraction;
+        let limited = JerkProfile::new(distance, velocity, acceleration, limits, jerk)
+            .map(Course::JerkLimited);
+        let linear = || Course::Linear(Profile::new(distance, velocity, limits));
         *self = Path {
             origin: position,
             origin_fraction: fraction,
-            profile: Profile::new(distance, velocity, limits),
+            course: limited.unwrap_or_else(linear),
             ticks: 0,
         };
     }
 
     /// Whether the profile has come to its end.
     pub(crate) fn ended(&self) -> bool {
-        self.time() >= self.profile.duration_s()
+        self.time() >= self.course.duration_s()
     }
 
     /// Whether it ended, or will end, where it was asked to.
     pub(crate) fn arrives(&self) -> bool {
-        self.profile.arrives()
+        self.course.arrives()
     }
 
     /// The demand of the coming millisecond.
@@ -120,12 +179,12 @@ impl Path {
     pub(crate) fn tick(&mut self) -> Demand {
         let (position, fraction, velocity) = self.now();
         let from = self.time();
-        if from >= self.profile.duration_s() {
+        if from >= self.course.duration_s() {
             return Path::hold(position, fraction);
         }
         let to = from + TICK_S;
-        let mean = (self.profile.at(to).0 - self.profile.at(from).0) / TICK_S;
-        let (low, high) = self.profile.velocities(from, to);
+        let mean = (self.course.at(to).0 - self.course.at(from).0) / TICK_S;
+        let (low, high) = self.course.velocities(from, to);
         let end = within(2.0 * mean - velocity, low, high);
         let start = 2.0 * mean - end;
         self.ticks = self.ticks.saturating_add(1);

@@ -26,7 +26,6 @@ pub struct Profile {
     start_velocity: f64,
     phases: [Phase; 4],
     distance: f64,
-    duration_s: f64,
     arrives: bool,
 }
 
@@ -98,7 +97,6 @@ impl Profile {
             start_velocity: start,
             phases: [brake, first, cruise, last],
             distance,
-            duration_s: brake.duration_s + first.duration_s + cruise.duration_s + last.duration_s,
             arrives,
         }
     }
@@ -117,7 +115,7 @@ impl Profile {
 
     /// Time from start to rest, s.
     pub fn duration_s(&self) -> f64 {
-        self.duration_s
+        self.phases.iter().map(|phase| phase.duration_s).sum()
     }
 
     /// Whether the end is at the distance asked for.
@@ -128,7 +126,7 @@ impl Profile {
     /// Position (counts from the start) and velocity (counts/s) at time `t` s after the start.
     pub fn at(&self, t: f64) -> (f64, f64) {
         // Rounding must not leave a remainder at the end.
-        let ended = t >= self.duration_s;
+        let ended = t >= self.duration_s();
         if ended && self.arrives {
             return (self.distance, 0.0);
         }

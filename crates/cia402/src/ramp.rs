@@ -1,6 +1,28 @@
 //! A value that runs to its target with one rate for speeding up and one for slowing down.
 
-use crate::arithmetic::{least, sign};
+use crate::arithmetic::{least, magnitude, sign};
+
+/// A velocity on its way, and how it changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Velocity {
+    /// Counts/s.
+    pub(crate) velocity: f64,
+    /// Counts/s²; 0 on linear ramps.
+    pub(crate) acceleration: f64,
+}
+
+impl Velocity {
+    /// `dt` seconds later on the way to `target`, with limited jerk or on a linear [`ramp`].
+    pub(crate) fn towards(self, target: f64, up: f64, down: f64, jerk: f32, dt: f64) -> Velocity {
+        if jerk > 0.0 {
+            return self.softly_towards(target, up, down, magnitude(jerk), dt);
+        }
+        Velocity {
+            velocity: ramp(self.velocity, target, up, down, dt),
+            acceleration: 0.0,
+        }
+    }
+}
 
 /// The velocity `dt` seconds after `value`, on the way to `target`. `up` is the rate away from
 /// zero, `down` the rate towards zero; through zero one follows the other.

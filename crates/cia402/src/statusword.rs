@@ -19,11 +19,14 @@ impl Statusword {
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Bit 11: a limit holds the demand or the controllers back.
     pub const INTERNAL_LIMIT: u16 = 1 << 11;
-    /// Bit 12: set-point acknowledge (1), speed is zero (3), homing attained (6), drive follows the
-    /// command (8 to 10).
+    /// Bit 12: set-point acknowledge (1), speed is zero (3), homing attained (6), interpolation active
+    /// (7), drive follows the command (8 to 10).
     pub const MODE_12: u16 = 1 << 12;
     /// Bit 13: following error (1, 8), homing error (6).
     pub const MODE_13: u16 = 1 << 13;
+
+    /// Bit 14, the maker's: safe torque off is active.
+    pub const TORQUE_OFF: u16 = 1 << 14;
 
     /// Bit `n`, 0 to 15; bits beyond are 0.
     pub const fn bit(self, n: u32) -> bool {
@@ -69,6 +72,11 @@ impl Statusword {
 
     /// Bit 12 in profile velocity mode.
     pub const fn speed_is_zero(self) -> bool {
+        self.bit(12)
+    }
+
+    /// Bit 12 in interpolated position mode.
+    pub const fn interpolates(self) -> bool {
         self.bit(12)
     }
 

@@ -2,21 +2,26 @@
 
 use crate::Demand;
 use crate::arithmetic::measured;
+use crate::configuration::Slowing;
 use crate::modes::Inputs;
 use crate::option_code::Braking;
 use crate::path::{Path, Present, TICK_NS, TICK_S};
-use crate::ramp::ramp;
+use crate::ramp::Velocity;
 use crate::torque::TorqueRamp;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
     /// A position demand slows down and then holds.
-    Path { path: Path, begun: bool, rate: f64 },
-    /// A velocity demand slows down; `rate` 0 means that it dropped to zero, so that the
+    Path {
+        path: Path,
+        begun: bool,
+        slowing: Slowing,
+    },
+    /// A velocity demand slows down; without a ramp it has dropped to zero, so that the
     /// controllers brake with all the current and voltage they may use.
     Velocity {
-        velocity: f64,
-        rate: f64,
+        demand: Velocity,
+        slowing: Option<Slowing>,
         forwards: bool,
     },
     /// A torque demand runs to zero.
@@ -34,15 +39,15 @@ impl Stop {
     /// In position control; without a ramp the velocity demand drops to zero until the motor
     /// stands.
     pub(crate) fn by_position(braking: Braking, inputs: &Inputs<'_>) -> Stop {
-        let Some(rate) = braking.rate(inputs.configuration) else {
+        let Some(slowing) = braking.slowing(inputs.configuration, inputs.mode) else {
             return Stop::by_velocity(braking, inputs);
         };
-        let path = Path::stop(&inputs.present, rate);
+        let path = Path::stop(&inputs.present, slowing);
         Stop {
             stage: Stage::Path {
                 path,
                 begun: false,
-                rate,
+                slowing,
             },
             stopped: path.ended(),
         }
@@ -51,15 +56,15 @@ impl Stop {
     /// In velocity control until the motor stands, then holding its position.
     pub(crate) fn by_velocity(braking: Braking, inputs: &Inputs<'_>) -> Stop {
         let present = inputs.present;
-        let rate = braking.rate(inputs.configuration);
+        let slowing = braking.slowing(inputs.configuration, inputs.mode);
+        let demand = Velocity {
+            velocity: present.velocity,
+            acceleration: present.acceleration,
+        };
         Stop {
             stage: Stage::Velocity {
-                velocity: if rate.is_some() {
-                    present.velocity
-                } else {
-                    0.0
-                },
-                rate: rate.unwrap_or(0.0),
+                demand: slowing.map_or(Velocity::default(), |_| demand),
+                slowing,
                 forwards: present.velocity >= 0.0,
             },
             stopped: false,
@@ -100,10 +105,14 @@ impl Stop {
             position: inputs.actual.position,
             ..Present::default()
         };
-        Stage::Path {
-            path: Path::stop(&present, 0.0),
-            begun: true,
+        let slowing = Slowing {
             rate: 0.0,
+            jerk: 0.0,
+        };
+        Stage::Path {
+            path: Path::stop(&present, slowing),
+            begun: true,
+            slowing,
         }
     }
 
@@ -111,8 +120,8 @@ impl Stop {
     pub(crate) fn begin(&self) -> Demand {
         match &self.stage {
             Stage::Path { path, .. } => path.begin(),
-            Stage::Velocity { velocity, .. } => Demand::Velocity {
-                start: *velocity as f32,
+            Stage::Velocity { demand, .. } => Demand::Velocity {
+                start: demand.velocity as f32,
                 acceleration: 0.0,
                 torque_offset_pm: 0.0,
                 duration_ns: 0,
@@ -124,9 +133,9 @@ impl Stop {
     /// One millisecond more.
     pub(crate) fn tick(&mut self, inputs: &Inputs<'_>) -> Demand {
         if let Stage::Velocity {
-            velocity, forwards, ..
+            demand, forwards, ..
         } = self.stage
-            && velocity == 0.0
+            && demand == Velocity::default()
         {
             let speed = measured(inputs.actual.velocity);
             let along = if forwards { speed } else { -speed };
@@ -135,22 +144,32 @@ impl Stop {
             }
         }
         match &mut self.stage {
-            Stage::Path { path, begun, rate } => {
+            Stage::Path {
+                path,
+                begun,
+                slowing,
+            } => {
                 if !*begun {
-                    path.resume(&inputs.present, *rate);
+                    path.resume(&inputs.present, *slowing);
                     *begun = true;
                 }
                 self.stopped = path.ended();
                 path.tick()
             }
-            Stage::Velocity { velocity, rate, .. } => {
-                let from = *velocity;
-                *velocity = ramp(from, 0.0, *rate, *rate, TICK_S);
+            Stage::Velocity {
+                demand, slowing, ..
+            } => {
+                let from = demand.velocity;
+                if let Some(slowing) = slowing {
+                    let rate = f64::from(slowing.rate);
+                    *demand = demand.towards(0.0, rate, rate, slowing.jerk, TICK_S);
+                }
+                let to = demand.velocity;
                 Demand::Velocity {
                     start: from as f32,
-                    acceleration: ((*velocity - from) / TICK_S) as f32,
+                    acceleration: ((to - from) / TICK_S) as f32,
                     torque_offset_pm: 0.0,
-                    duration_ns: if *velocity == from { 0 } else { TICK_NS },
+                    duration_ns: if to == from { 0 } else { TICK_NS },
                 }
             }
             Stage::Torque(torque) => {

@@ -460,7 +460,7 @@ fn halted_at_random_a_move_ends_exactly_and_never_jumps() {
         rig.configuration.deceleration = random.scaled(1e4, 1e6) as f32;
         rig.configuration.quick_stop_deceleration = random.scaled(1e4, 1e6) as f32;
         rig.configuration.profile_velocity = random.scaled(1e3, 1e5) as f32;
-        rig.configuration.halt_option = 1 + random.below(2) as i16;
+        rig.configuration.halt_option = 1 + random.below(2) as i8;
         let rate = [
             rig.configuration.acceleration,
             rig.configuration.deceleration,

@@ -53,10 +53,10 @@ fn anything_may_be_written_at_any_time() {
                 9 => configuration.torque_slope_pm_per_s = window.map(|_| number),
                 10 => configuration.interpolation_period_ns = integer as u32,
                 11 if random.below(2) == 0 => {
-                    configuration.halt_option = random.below(7) as i16 - 1;
+                    configuration.halt_option = random.below(7) as i8 - 1;
                 }
                 11 => {
-                    let code = random.below(12) as i16 - 2;
+                    let code = random.below(12) as i8 - 2;
                     match random.below(5) {
                         0 => configuration.shutdown_option = code,
                         1 => configuration.disable_option = code,
@@ -128,7 +128,24 @@ fn anything_may_be_written_at_any_time() {
                 }
                 34 => axis.set_point(Target::Position, &configuration, &targets, &actual),
                 35 => axis.set_point(Target::Velocity, &configuration, &targets, &actual),
-                36 => axis.set_point(Target::Torque, &configuration, &targets, &actual),
+                36 => {
+                    let target = [Target::Torque, Target::VlVelocity][random.below(2) as usize];
+                    axis.set_point(target, &configuration, &targets, &actual);
+                }
+                38 => {
+                    axis.push_set_point(integer, &configuration, &targets, &actual);
+                    axis.sync(&configuration, &targets, &actual);
+                }
+                39 if random.below(4) == 0 => match random.below(8) {
+                    0 => configuration.jerk = number,
+                    1 => configuration.vl.counts_per_s = number,
+                    2 => configuration.vl.acceleration = number,
+                    3 => configuration.vl.deceleration = number,
+                    4 => configuration.vl.quick_stop_deceleration = number,
+                    5 => configuration.interpolation_buffer = integer as u8,
+                    6 => targets.vl_velocity = integer as i16,
+                    _ => axis.clear_buffer(integer != 0),
+                },
                 37 if random.below(20) == 0 => {
                     axis.connection_lost(&configuration, &targets, &actual);
                 }

@@ -1,17 +1,23 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
-use cia402::{Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Target};
+use canopen::{Abort, Address, Changed, Image, Instant, NodeId, Verdict, store};
+use cia402::{
+    Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
+    Targets,
+};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::{Personality, class};
 
-use crate::captures::{self, CaptureOrder, homing_inputs, homing_trigger};
+use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
+use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::phasing::PhasingWatch;
+use crate::probes::{self, Probes};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
@@ -29,15 +35,20 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    phasing: PhasingWatch,
     seen: Seen,
     /// What the control half has not taken yet.
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
-    new_position: Option<i32>,
+    /// To be taken once its write is acknowledged.
+    pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
-    new_captures: bool,
-    captures: CaptureOrder,
+    new_captures: News,
+    probes: Probes,
+    word: Word,
+    /// Safe torque off has taken the torque away since the last tick.
+    torque_lost: bool,
     /// As last handed over, per mille.
     torque_limit_pm: f32,
     /// What of the parameters is to be saved, or with `restores` put back to its defaults.
@@ -72,14 +83,17 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
+            phasing: PhasingWatch::default(),
             seen: Seen::default(),
             new_command: true,
             new_limits: false,
             new_parameters: true,
-            new_position: None,
+            new_node_id: None,
             new_shift: None,
-            new_captures: true,
-            captures: CaptureOrder::default(),
+            new_captures: News::INVERTED,
+            probes: Probes::default(),
+            word: Word::default(),
+            torque_lost: false,
             torque_limit_pm: 0.0,
             storage_request: None,
             restores: false,
@@ -98,6 +112,12 @@ impl Application {
         self.seen = *seen;
         if self.personality.inputs.is_none() {
             self.seen.active = 0;
+            self.signals.torque_off = false;
+        }
+        if self.signals.torque_off {
+            self.torque_lost |= self.axis.is_powered();
+            self.axis.torque_off();
+            self.new_command |= self.axis.take_demand().is_some();
         }
     }
 
@@ -115,32 +135,95 @@ impl Application {
             (class::TARGET_VOLTAGE, Target::PhaseVoltage),
             (class::TARGET_POSITION, Target::Position),
             (class::TARGET_VELOCITY, Target::Velocity),
+            (class::TARGET_VL_VELOCITY, Target::VlVelocity),
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
             if changed.has(class) {
-                let targets = read_targets(image, &self.personality.axis);
+                let targets = self.targets(image);
                 let actual = self.actual();
                 self.axis
                     .set_point(target, &self.configuration, &targets, &actual);
             }
         }
+        if changed.has(class::TOUCH_PROBE)
+            && let Some(inputs) = &self.personality.inputs
+        {
+            let function = image.raw(inputs.probes.function) as u16;
+            self.new_captures.add(self.probes.write(function));
+        }
         self.take_demand();
+    }
+
+    /// What the master wants, or an analog input in its stead.
+    fn targets(&self, image: &Image<'_>) -> Targets {
+        let targets = read_targets(image, &self.personality.axis);
+        match &self.personality.inputs {
+            Some(inputs) => analog_target(
+                image,
+                &inputs.analog,
+                &self.signals,
+                self.axis.mode(),
+                targets,
+            ),
+            None => targets,
+        }
+    }
+
+    /// What inputs ask for.
+    fn asked(&self, image: &Image<'_>) -> Asked {
+        self.personality
+            .inputs
+            .as_ref()
+            .map_or(Asked::default(), |inputs| {
+                Asked::by(image, inputs, self.seen.active, self.signals.torque_off)
+            })
+    }
+
+    /// Inputs act as bits of the controlword do.
+    fn obey_inputs(&mut self, image: &Image<'_>) {
+        let asked = self.asked(image);
+        if !self.is_stopped && self.word.ask(asked) {
+            self.pass_controlword(image);
+        }
+    }
+
+    /// A SYNC was received; what came with it has been acted upon.
+    pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
+        self.faults.sync(now);
+        if self.axis.mode() == Mode::INTERPOLATED_POSITION {
+            let targets = self.targets(image);
+            let actual = self.actual();
+            self.axis.sync(&self.configuration, &targets, &actual);
+            self.take_demand();
+        }
     }
 
     /// Once per millisecond.
     pub(crate) fn tick(&mut self, image: &Image<'_>, now: Instant) {
-        let targets = read_targets(image, &self.personality.axis);
+        self.obey_inputs(image);
+        let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
+        let scales = &self.hardware.scales;
+        let phasing_error = self.phasing.tick(
+            self.feedback.current_q_a,
+            self.feedback.velocity,
+            self.loops.rotor_amperes_per_acceleration,
+            self.loops.continuous_a,
+        );
         let seen = Observation {
             now,
+            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
+                + scales.motor_temperature_zero_c,
+            phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
             enabled: self.is_powered(),
             active_inputs: self.seen.active,
+            torque_lost: core::mem::take(&mut self.torque_lost),
             // "Ignored in Idle/Homing modes" (l.998).
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
             connection_matters: self.is_powered()
@@ -196,18 +279,24 @@ impl Application {
             .map(|(parameters, _)| parameters)
     }
 
-    pub(crate) fn take_position(&mut self) -> Option<i32> {
-        self.new_position.take()
-    }
-
     pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
         self.new_shift.take()
     }
 
-    pub(crate) fn take_captures(&mut self) -> Option<CaptureOrder> {
-        let order = self.captures;
-        self.captures.triggers = Default::default();
-        core::mem::take(&mut self.new_captures).then_some(order)
+    pub(crate) fn take_captures(&mut self, image: &Image<'_>) -> Option<CaptureOrder> {
+        let news = core::mem::take(&mut self.new_captures);
+        (news != News::default()).then(|| {
+            let inputs = self.personality.inputs.as_ref();
+            let homing = self.axis.trigger().map(homing_trigger);
+            CaptureOrder {
+                inverted: inputs.map_or(0, |inputs| image.raw(inputs.inverted)),
+                triggers: [
+                    homing.filter(|_| news.has(News::HOMING)),
+                    news.has(News::PROBE_1).then(|| self.probes.trigger(0)),
+                    news.has(News::PROBE_2).then(|| self.probes.trigger(1)),
+                ],
+            }
+        })
     }
 
     pub(crate) fn timing(&self) -> PwmTiming {
@@ -223,10 +312,7 @@ impl Application {
         self.configuration = self.read_configuration(image);
         self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
         self.new_limits = true;
-        if let Some(inputs) = &self.personality.inputs {
-            self.captures.inverted = image.raw(inputs.inverted);
-            self.new_captures = true;
-        }
+        self.new_captures.add(News::INVERTED);
     }
 
     fn read_configuration(&self, image: &Image<'_>) -> Configuration {
@@ -262,11 +348,8 @@ impl Application {
         if let Some(shift) = self.axis.take_position_shift() {
             self.rename(shift);
         }
-        if let Some(trigger) = self.axis.take_trigger() {
-            if let Some(place) = self.captures.triggers.get_mut(captures::HOMING) {
-                *place = Some(homing_trigger(trigger));
-            }
-            self.new_captures = true;
+        if self.axis.take_trigger().is_some() {
+            self.new_captures.add(News::HOMING);
         }
         let limit = self.axis.torque_limit_pm(&self.configuration);
         if limit != self.torque_limit_pm {
@@ -276,8 +359,7 @@ impl Application {
         self.new_command |= self.axis.take_demand().is_some();
     }
 
-    /// Home is attained: all positions become `shift` counts greater, at once also those that are
-    /// shown before the control half has been seen again.
+    /// All positions become `shift` counts greater, at once also those that are shown before the control half has been seen again.
     fn rename(&mut self, shift: i32) {
         self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
         self.faults.position_renamed();
@@ -346,11 +428,19 @@ impl Application {
         if self.is_stopped {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
+        let asked = self.asked(image);
+        self.word.write(word, asked);
+        self.pass_controlword(image);
+        Verdict::Accept
+    }
+
+    fn pass_controlword(&mut self, image: &Image<'_>) {
+        let word = self.word.value();
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
             self.configuration = self.read_configuration(image);
         }
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let outcome = self
             .axis
@@ -359,11 +449,10 @@ impl Application {
             self.faults.reset();
         }
         self.take_demand();
-        Verdict::Accept
     }
 
     fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
-        let targets = read_targets(image, &self.personality.axis);
+        let targets = self.targets(image);
         let actual = self.actual();
         let result = self
             .axis
@@ -373,6 +462,20 @@ impl Application {
             Ok(()) => Verdict::Accept,
             Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
             Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
+    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+        let targets = read_targets(image, &self.personality.axis);
+        let actual = self.actual();
+        let taken = self
+            .axis
+            .push_set_point(position, &self.configuration, &targets, &actual);
+        if taken {
+            Verdict::Accept
+        } else {
+            Verdict::Refuse(Abort::DEVICE_STATE)
         }
     }
 
@@ -426,14 +529,28 @@ impl Application {
         }
         let raw = u32::from_le_bytes(raw);
         if self.personality.presets_position == Some(object) {
-            let position = raw as i32;
-            self.new_position = Some(position);
-            self.faults.position_renamed();
-            self.axis
-                .preset_position(position.wrapping_sub(self.feedback.position));
+            let shift = (raw as i32).wrapping_sub(self.feedback.position);
+            self.axis.preset_position(shift);
+            self.rename(shift);
             return Verdict::Done;
         }
+        if self
+            .personality
+            .node_id
+            .is_some_and(|(address, _)| address == object)
+        {
+            // Its row has judged the range.
+            self.new_node_id = NodeId::new(raw as u8);
+            return Verdict::Accept;
+        }
         let objects = &self.personality.axis;
+        if objects.targets.interpolation_data == Some(object) {
+            return self.write_interpolation_data(image, raw as i32);
+        }
+        if objects.targets.interpolation_clear == Some(object) {
+            self.axis.clear_buffer(raw != 0);
+            return Verdict::Done;
+        }
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
             || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
         {
@@ -446,6 +563,14 @@ impl Application {
             (0x40, 0) => return self.write_controlword(image, raw as u16),
             (0x60, 0) => return self.write_mode(image, raw as i8),
             (0x7E, 0) => return self.write_polarity(raw as i8),
+            (0xB8, 0) if !probes::is_supported(raw as u16) => {
+                return Verdict::Refuse(Abort::INVALID_VALUE);
+            }
+            (0xB8, 0) => return Verdict::Accept,
+            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
+                return Verdict::Accept;
+            }
+            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
             // P48: an angle only where one is used.
             (0xEA, 0) => {
                 return match self.axis.demand() {
@@ -479,6 +604,7 @@ impl Application {
             &self.feedback,
             &self.signals,
             self.loops.pm_per_ampere,
+            self.configuration.vl.counts_per_s,
         );
         if let Some(homing) = &self.personality.axis.homing {
             image.set(homing.is_homed, u8::from(self.axis.is_homed()));
@@ -489,6 +615,21 @@ impl Application {
         }
         if let Some(inputs) = &self.personality.inputs {
             image.set(inputs.active, self.seen.active);
+            let torque_off = self.signals.torque_off;
+            image.set(inputs.torque_off, u8::from(torque_off));
+            if torque_off {
+                let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
+                image.set(self.personality.axis.statusword, status);
+            }
+            for (object, reading) in inputs
+                .analog
+                .readings
+                .iter()
+                .zip(self.signals.auxiliary_adc)
+            {
+                image.set(*object, reading as u16);
+            }
+            self.probes.publish(image, &inputs.probes, &self.seen);
         }
     }
 }

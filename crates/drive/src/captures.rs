@@ -3,9 +3,6 @@
 use cia402::{Captured, Edge, HomingInputs, Switch};
 use control::capture::{LATCHES, Seen, Trigger};
 
-/// The latch that homing uses.
-pub(crate) const HOMING: usize = 0;
-
 /// Bits of 0x60FD.
 pub(crate) const NEGATIVE_LIMIT: u32 = 1 << 0;
 pub(crate) const POSITIVE_LIMIT: u32 = 1 << 1;
@@ -18,6 +15,25 @@ pub struct CaptureOrder {
     pub inverted: u32,
     /// New triggers; `None`: as it was.
     pub triggers: [Option<Trigger>; LATCHES],
+}
+
+/// What of the captures has changed. The latches are those of homing, probe 1 and probe 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct News(u8);
+
+impl News {
+    pub(crate) const INVERTED: News = News(1 << 0);
+    pub(crate) const HOMING: News = News(1 << 1);
+    pub(crate) const PROBE_1: News = News(1 << 2);
+    pub(crate) const PROBE_2: News = News(1 << 3);
+
+    pub(crate) fn add(&mut self, other: News) {
+        self.0 |= other.0;
+    }
+
+    pub(crate) fn has(self, other: News) -> bool {
+        self.0 & other.0 != 0
+    }
 }
 
 /// What homing asks to be captured.

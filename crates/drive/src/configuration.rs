@@ -1,8 +1,8 @@
 //! From the dictionary to the axis: limits, profile parameters and targets in internal units.
 
 use canopen::{Address, Field, Image};
-use cia402::{Configuration, HomingConfiguration, Targets, Window};
-use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, WindowObjects};
+use cia402::{Axis, Configuration, HomingConfiguration, Targets, VlConfiguration, Window};
+use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, VlObjects, WindowObjects};
 
 /// The value of an object in internal units.
 #[inline]
@@ -88,8 +88,18 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         max_deceleration: limit(image, objects.max_deceleration),
         position_limits,
         max_torque_pm: value(image, objects.max_torque),
+        jerk: objects
+            .jerk
+            .filter(|(profile_type, _)| image.number(*profile_type) == JERK_LIMITED)
+            .map_or(0.0, |(_, jerk)| value(image, jerk)),
+        vl: objects.vl.map_or(VlConfiguration::default(), |objects| {
+            read_vl(image, &objects)
+        }),
         torque_slope_pm_per_s: limit(image, objects.torque_slope),
         interpolation_period_ns: interpolation_period_ns(image, objects.interpolation_period),
+        interpolation_buffer: objects.interpolation_buffer.map_or(0, |field| {
+            image.number(field).clamp(0, i64::from(Axis::BUFFER_SIZE)) as u8
+        }),
         quick_stop_option: code(image, objects.quick_stop_option, 2),
         shutdown_option: code(image, objects.shutdown_option, 0),
         disable_option: code(image, objects.disable_option, 0),
@@ -133,9 +143,27 @@ fn homing(image: &Image<'_>, objects: &HomingObjects) -> HomingConfiguration {
     }
 }
 
+/// 0x6086: ramps with limited jerk.
+pub(crate) const JERK_LIMITED: i64 = 3;
+
+/// Reads unit and ramps of velocity mode.
+fn read_vl(image: &Image<'_>, objects: &VlObjects) -> VlConfiguration {
+    let real = |field: Field| image.number(field) as f32;
+    let factor = |(numerator, denominator): (Field, Field)| real(numerator) / real(denominator);
+    let counts_per_s = real(objects.encoder_resolution) / 60.0 * factor(objects.dimension_factor);
+    // A speed in no time is at once.
+    let rate = |speed_and_time| control::Real::abs(factor(speed_and_time) * counts_per_s);
+    VlConfiguration {
+        counts_per_s: counts_per_s * factor(objects.set_point_factor),
+        acceleration: rate(objects.acceleration),
+        deceleration: rate(objects.deceleration),
+        quick_stop_deceleration: rate(objects.quick_stop),
+    }
+}
+
 /// An option code, or what a drive without the object does.
-fn code(image: &Image<'_>, object: Option<Field>, otherwise: i16) -> i16 {
-    object.map_or(otherwise, |field| image.number(field) as i16)
+fn code(image: &Image<'_>, object: Option<Field>, otherwise: i8) -> i8 {
+    object.map_or(otherwise, |field| image.number(field) as i8)
 }
 
 /// 0x60C2: value × 10^exponent seconds, in ns; 0 if the drive has no such object.
@@ -161,6 +189,9 @@ pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
     Targets {
         position: count(image, objects.position),
         velocity: count(image, objects.velocity),
+        vl_velocity: objects
+            .vl_velocity
+            .map_or(0, |field| image.number(field) as i16),
         torque_pm: count(image, objects.torque) as i16,
         position_offset: offset(objects.position_offset),
         velocity_offset: offset(objects.velocity_offset),

@@ -5,7 +5,7 @@ use can::Frame;
 use canopen::{Instant, NodeId, NodeMemory, store};
 use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
-use control::{Cascade, Feedback};
+use control::{Cascade, Command, Feedback};
 use personalities::Personality;
 
 use crate::{Comms, Health, Host, ParameterError, PwmTiming, Request};
@@ -29,6 +29,10 @@ pub struct Drive<M> {
     comms: Comms<M>,
     cascade: Cascade<f32>,
     captures: Captures,
+    has_torque_off: bool,
+    /// Safe torque off was active since the communication half last looked; until then no command
+    /// reaches the loops.
+    torque_lost: bool,
     signals: Signals,
 }
 
@@ -53,6 +57,8 @@ impl<M: NodeMemory> Drive<M> {
             comms,
             cascade,
             captures: Captures::new(),
+            has_torque_off: personality.inputs.is_some(),
+            torque_lost: false,
             signals: Signals::QUIET,
         };
         drive.hand_over();
@@ -94,7 +100,15 @@ impl<M: NodeMemory> Drive<M> {
     /// One control period: from what the sensors say to what the bridge shall do.
     #[inline]
     pub fn control_period(&mut self, sample: &Sample<f32>, signals: &Signals) -> Duty<f32> {
-        self.signals = *signals;
+        self.signals = Signals {
+            // However short, the communication half gets to know of it.
+            torque_off: signals.torque_off || self.torque_lost,
+            ..*signals
+        };
+        if signals.torque_off && self.has_torque_off {
+            self.torque_lost = true;
+            self.cascade.load(&Command::idle());
+        }
         let duty = self.cascade.period(sample);
         self.captures
             .period(signals.inputs, sample.encoder, self.cascade.position());
@@ -153,6 +167,16 @@ impl<M: NodeMemory> Drive<M> {
         self.comms.timing()
     }
 
+    /// See [`Comms::outputs`].
+    pub fn outputs(&mut self) -> u32 {
+        self.comms.outputs()
+    }
+
+    /// See [`Comms::is_terminated`].
+    pub fn is_terminated(&mut self) -> bool {
+        self.comms.is_terminated()
+    }
+
     /// The communication half.
     pub fn comms(&self) -> &Comms<M> {
         &self.comms
@@ -174,6 +198,7 @@ impl<M: NodeMemory> Drive<M> {
             &self.signals,
             &self.captures.seen(),
         );
+        self.torque_lost = false;
     }
 
     /// Gives the control half what the communication half has for it; in force from the next
@@ -184,11 +209,6 @@ impl<M: NodeMemory> Drive<M> {
             let encoder = &parameters.encoder;
             self.captures
                 .set_encoder(encoder.counts_per_turn, encoder.user_polarity);
-        }
-        if let Some(position) = self.comms.take_position() {
-            let offset = position.wrapping_sub(self.cascade.position());
-            self.cascade.preset_position(position);
-            self.captures.rename(offset);
         }
         if let Some(offset) = self.comms.take_position_shift() {
             self.cascade.rename(offset);

@@ -62,10 +62,16 @@ pub(crate) struct Observation<'a> {
     pub(crate) conditions: Conditions,
     pub(crate) feedback: &'a Feedback<f32>,
     pub(crate) signals: &'a Signals,
+    /// Of the motor's winding, as its sensor tells, °C.
+    pub(crate) motor_temperature_c: f32,
+    /// The rotor runs away from its field.
+    pub(crate) phasing_error: bool,
     pub(crate) parameters_are_valid: bool,
     pub(crate) enabled: bool,
     /// In the order of 0x60FD.
     pub(crate) active_inputs: u32,
+    /// Safe torque off has taken the torque from an axis under power.
+    pub(crate) torque_lost: bool,
     /// Switches mean something to the present mode, or nothing moves.
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
@@ -266,8 +272,9 @@ impl FaultManager {
 
     /// 0x1002: a bit for each active error.
     pub(crate) fn status_register(&self) -> u32 {
-        self.rows(self.active)
-            .fold(0, |register, row| register | 1 << (row.status_bit & 31))
+        self.rows(self.active).fold(0, |register, row| {
+            register | 1u32.checked_shl(u32::from(row.status_bit)).unwrap_or(0)
+        })
     }
 
     /// Whether a warning is active.
@@ -370,7 +377,9 @@ impl FaultManager {
             Cause::NegativeLimitSwitch => is_pressed(seen, NEGATIVE_LIMIT),
             Cause::HomeSwitch => is_pressed(seen, HOME),
             Cause::Homing => conditions.homing_failed,
-            Cause::MotorTemperature | Cause::MotorPhasing => false,
+            Cause::MotorTemperature => seen.motor_temperature_c > threshold,
+            Cause::MotorPhasing => seen.phasing_error,
+            Cause::TorqueOff => seen.torque_lost,
         }
     }
 }

@@ -15,6 +15,7 @@ pub(crate) fn publish(
     feedback: &Feedback<f32>,
     signals: &Signals,
     pm_per_ampere: f32,
+    vl_counts_per_s: f32,
 ) {
     image.set(objects.statusword, axis.statusword().0);
     image.set_number(objects.mode_display, i64::from(axis.mode_display()));
@@ -33,6 +34,17 @@ pub(crate) fn publish(
     }
     for object in shown.torque_demand {
         optional(image, object, feedback.demand_current_a * pm_per_ampere);
+    }
+    if let Some(field) = shown.vl_velocity {
+        // A factor of 0 makes nothing of every target; what is shown then saturates.
+        real(
+            image,
+            Scaled::plain(field),
+            feedback.velocity_reported / vl_counts_per_s,
+        );
+    }
+    if let Some(field) = shown.interpolation_buffered {
+        image.set_number(field, i64::from(axis.buffered()));
     }
     optional(image, shown.following_error, feedback.following_error);
     let velocity_error = feedback.demand_velocity - feedback.velocity_reported;

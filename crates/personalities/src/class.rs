@@ -4,6 +4,8 @@
 pub const TARGET_POSITION: u8 = 1;
 /// A target velocity was written.
 pub const TARGET_VELOCITY: u8 = 2;
+/// A target of velocity mode was written.
+pub const TARGET_VL_VELOCITY: u8 = 10;
 /// A target torque was written.
 pub const TARGET_TORQUE: u8 = 3;
 /// An electrical angle was written.
@@ -14,3 +16,5 @@ pub const TARGET_VOLTAGE: u8 = 7;
 pub const CONFIGURATION: u8 = 4;
 /// A parameter of the motor, the amplifier or a controller was written.
 pub const CONTROL: u8 = 5;
+/// The touch probe function was written.
+pub const TOUCH_PROBE: u8 = 12;

@@ -103,6 +103,8 @@ pub enum Cause {
     SyncLength,
     /// A PDO did not come within its time.
     RpdoTimeout,
+    /// Safe torque off has taken the torque away.
+    TorqueOff,
 }
 
 impl Cause {
@@ -163,7 +165,7 @@ pub struct FaultRow {
     pub kind: Kind,
     /// Its bit in the error register 0x1001.
     pub register_bit: u8,
-    /// Its bit in the manufacturer status register 0x1002.
+    /// Its bit in the manufacturer status register 0x1002; 32: it has none.
     pub status_bit: u8,
     /// When it is looked for.
     pub states: States,

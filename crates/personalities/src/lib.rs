@@ -23,8 +23,9 @@ mod personality;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
-    AmplifierObjects, AxisObjects, ConfigurationObjects, FeedbackObjects, GainObjects,
-    HomingObjects, HomingSearchObjects, InputObjects, LoopObjects, MotorObjects, Scaled,
-    TargetObjects, TargetWindow, WindowObjects,
+    AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, FeedbackObjects,
+    GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects, LoopObjects,
+    MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects,
+    WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};

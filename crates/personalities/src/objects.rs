@@ -65,6 +65,12 @@ pub struct TargetObjects {
     pub velocity: Scaled,
     /// 0x6071, per mille of rated torque.
     pub torque: Scaled,
+    /// 0x6042, in units of velocity mode ([`VlObjects`]).
+    pub vl_velocity: Option<Field>,
+    /// 0x60C1,1, counts: what is written to it goes into the buffer of interpolated position mode.
+    pub interpolation_data: Option<canopen::Address>,
+    /// 0x60C4,6: empties that buffer.
+    pub interpolation_clear: Option<canopen::Address>,
     /// 0x60B0, counts.
     pub position_offset: Option<Scaled>,
     /// 0x60B1, counts/s.
@@ -97,6 +103,10 @@ pub struct FeedbackObjects {
     pub velocity_demand: [Option<Scaled>; 2],
     /// Torque demand after limits (0x6074, the P3's 0x3023,1), per mille of rated torque.
     pub torque_demand: [Option<Scaled>; 2],
+    /// 0x6044, in units of velocity mode ([`VlObjects`]).
+    pub vl_velocity: Option<Field>,
+    /// 0x60C4,4: set-points in the buffer of interpolated position mode.
+    pub interpolation_buffered: Option<Field>,
     /// 0x60F4, counts.
     pub following_error: Option<Scaled>,
     /// Velocity demand minus actual (the P3's 0x3023,2), counts/s.
@@ -141,10 +151,16 @@ pub struct ConfigurationObjects {
     pub position_limits: Option<(Scaled, Scaled)>,
     /// 0x6072, per mille of rated torque.
     pub max_torque: Scaled,
+    /// 0x6086 and 0x60A4,1, counts/s³: linear ramps (0), or limited jerk (3).
+    pub jerk: Option<(Field, Scaled)>,
+    /// Unit and ramps of velocity mode.
+    pub vl: Option<VlObjects>,
     /// 0x6087, per mille of rated torque per second.
     pub torque_slope: Option<Scaled>,
     /// 0x60C2,1 and 2: value and power of ten of a second.
     pub interpolation_period: Option<(Field, Field)>,
+    /// 0x60C4,2: set-points that the buffer takes.
+    pub interpolation_buffer: Option<Field>,
     /// 0x605A.
     pub quick_stop_option: Option<Field>,
     /// 0x605B.
@@ -171,6 +187,23 @@ pub struct ConfigurationObjects {
     pub velocity_window: TargetWindow,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
+}
+
+/// Velocity mode (2): its unit is rpm × dimension factor, its rates a speed in a time.
+#[derive(Clone, Copy, Debug)]
+pub struct VlObjects {
+    /// Counts per turn.
+    pub encoder_resolution: Field,
+    /// 0x604C,1 and 2: numerator and denominator.
+    pub dimension_factor: (Field, Field),
+    /// 0x604B,1 and 2: numerator and denominator; for target and actual velocity only.
+    pub set_point_factor: (Field, Field),
+    /// 0x6048,1 and 2: speed and s.
+    pub acceleration: (Field, Field),
+    /// 0x6049,1 and 2: speed and s.
+    pub deceleration: (Field, Field),
+    /// 0x604A,1 and 2: speed and s.
+    pub quick_stop: (Field, Field),
 }
 
 /// Homing.
@@ -216,6 +249,79 @@ pub struct InputObjects {
     pub active: Handle<u32>,
     /// The inputs that are active when their level is low, a bit each.
     pub inverted: Field,
+    /// What each general input does, an [`InputFunction`].
+    pub functions: [Field; 4],
+    /// 0x60FE,1 and 2: the outputs, and which of them are driven.
+    pub outputs: (Field, Field),
+    /// A target by voltage.
+    pub analog: AnalogObjects,
+    /// Whether safe torque off is active, 0 or 1.
+    pub torque_off: Handle<u8>,
+    /// Touch probes.
+    pub probes: ProbeObjects,
+}
+
+/// What a general input does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputFunction {
+    /// Nothing but to be seen in 0x60FD.
+    None,
+    /// While active, bit 2 of the controlword is 0: quick stop.
+    QuickStop,
+    /// While not active, bit 3 of the controlword is 0: operation cannot be enabled.
+    Enable,
+    /// While active, bit 4 of the controlword is 1: the edge hands over a set-point.
+    Start,
+    /// While active, bit 8 of the controlword is 1: halt.
+    Halt,
+}
+
+impl InputFunction {
+    /// By its number, 0 to 4 in the order above; others are none.
+    pub const fn of(number: u32) -> InputFunction {
+        match number {
+            1 => InputFunction::QuickStop,
+            2 => InputFunction::Enable,
+            3 => InputFunction::Start,
+            4 => InputFunction::Halt,
+            _ => InputFunction::None,
+        }
+    }
+}
+
+/// A target torque or velocity from analog input 1.
+#[derive(Clone, Copy, Debug)]
+pub struct AnalogObjects {
+    /// 0: none, 1: the target torque of mode 4, 2: the target velocity of mode 3.
+    pub target: Field,
+    /// The reading at a target of 0, converter counts.
+    pub offset: Field,
+    /// The target at 2048 converter counts beyond offset and dead band, in the target's unit.
+    pub scale: Field,
+    /// The target is 0 up to this distance from the offset, converter counts.
+    pub dead_band: Field,
+    /// Both readings, converter counts.
+    pub readings: [Handle<u16>; 2],
+}
+
+/// Touch probes 1 and 2.
+#[derive(Clone, Copy, Debug)]
+pub struct ProbeObjects {
+    /// 0x60B8.
+    pub function: Field,
+    /// 0x60B9.
+    pub status: Handle<u16>,
+    /// Positive and negative edge of probe 1, then those of probe 2.
+    pub edges: [ProbeEdgeObjects; 4],
+}
+
+/// What one edge of a touch probe shows.
+#[derive(Clone, Copy, Debug)]
+pub struct ProbeEdgeObjects {
+    /// 0x60BA to 0x60BD, counts.
+    pub position: Handle<i32>,
+    /// 0x60D5 to 0x60D8.
+    pub count: Handle<u16>,
 }
 
 /// When a target counts as reached.
@@ -275,8 +381,9 @@ pub struct MotorObjects {
     pub encoder_resolution: Field,
     /// Age of an encoder reading, s.
     pub encoder_lag: Scaled,
-    /// Whether the excess of current is summed as the manual prints it, or dimensionally right.
-    pub i2t_is_literal: bool,
+    /// The object that is 0 where the excess of current is limited as the P3's manual prints it, and
+    /// 1 where dimensionally right (P30). Without it: as printed.
+    pub i2t_rule: Option<Field>,
 }
 
 /// The amplifier and the controllers.

@@ -4,7 +4,9 @@ use control::io::Scales;
 
 use crate::load::MAX_TURNS;
 use crate::{
-    Bridge, CurrentSensors, EC_MAX_22_283860, Encoder, Link, Load, LogicSupply, Motor, Switches,
+    AmplifierThermal, Bridge, Cogging, Coupling, CurrentSensors, EC_MAX_22_283860,
+    EC_MAX_22_283860_THERMAL, Encoder, Link, Load, LogicSupply, Motor, Pendulum, Stops, Switch,
+    Switches, Thermal,
 };
 
 /// The parameters of a [`crate::Plant`].
@@ -43,8 +45,10 @@ pub struct Parameters {
     pub current_sensors: CurrentSensors,
     /// Where the sensors' noise starts; the same seed gives the same noise.
     pub noise_seed: u32,
-    /// Temperature of the amplifier, °C.
-    pub amplifier_temperature_c: f32,
+    /// Temperature of the surroundings, and of everything at the start, °C.
+    pub ambient_c: f32,
+    /// How motor and amplifier warm up; `None`: they keep the temperature that they have.
+    pub thermal: Option<Thermal>,
 }
 
 /// A Barrett P3 with the motor of its manual, running free.
@@ -52,7 +56,8 @@ pub struct Parameters {
 /// From the manual: 48 V, encoder reading 0x0DF8 under phase A, current zero 0x0729 of phase A. The
 /// zero of phase B, the steps of the converters and the diodes are ours: 2.5 mA a count spans
 /// -4.58 to +5.65 A about phase A's zero, so the 3.66 A of a stalled motor fit; 17.6 mV a count spans
-/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C.
+/// 72 V; 0.05 K a count spans -50 to +154.8 °C, 0.075 K for the motor -50 to +257 °C. So are
+/// the amplifier's heat, a board of 6 J/K on a metal frame, and its 20 ns for a switching.
 pub const VIRTUAL_P3: Parameters = Parameters {
     motor: EC_MAX_22_283860,
     load: Load::NONE,
@@ -78,7 +83,85 @@ pub const VIRTUAL_P3: Parameters = Parameters {
     current_zero_counts: [0x0729 as f32, 2071.0],
     current_sensors: CurrentSensors::IDEAL,
     noise_seed: 1,
-    amplifier_temperature_c: 25.0,
+    ambient_c: 25.0,
+    thermal: Some(Thermal {
+        motor: EC_MAX_22_283860_THERMAL,
+        amplifier: AmplifierThermal {
+            k_per_w: 10.0,
+            time_constant_s: 60.0,
+            idle_w: 0.6,
+            switching_s: 20e-9,
+        },
+    }),
+};
+
+/// [`VIRTUAL_P3`] with every imperfection of its electrical side, in sizes that a sound drive may have.
+pub const FULL_P3: Parameters = Parameters {
+    bridge: Bridge {
+        dead_time_s: 200e-9,
+        switch_ohm: 0.03,
+        ..Bridge::IDEAL
+    },
+    link: Link {
+        brake_ohm: 22.0,
+        brake_on_v: 58.0,
+        brake_off_v: 56.0,
+        ..Link::SMALL
+    },
+    encoder: Encoder {
+        eccentricity_counts: 6.0,
+        eccentricity_phase_rad: 0.5,
+        lag_s: 30e-6,
+        noise_counts: 0.3,
+        bad_answers: 1e-4,
+        ..Encoder::ideal(4096, 0x0DF8)
+    },
+    current_sensors: CurrentSensors {
+        gain: [1.01, 0.99],
+        noise_counts: 1.5,
+        time_constant_s: 2e-6,
+    },
+    ..VIRTUAL_P3
+};
+
+/// [`FULL_P3`] with every effect of the mechanical side too: a motor that cogs, and behind an elastic
+/// shaft with play a load with friction and a weight, between stops that are a million turns away,
+/// with all three switches.
+pub const COMPLETE_P3: Parameters = Parameters {
+    motor: Motor {
+        static_friction_nm: 1.4e-3,
+        cogging: Cogging {
+            torque_nm: 0.3e-3,
+            periods_per_turn: 12,
+            rest_turns: 0.02,
+        },
+        ..EC_MAX_22_283860
+    },
+    load: Load {
+        inertia_kgm2: 1e-6,
+        coulomb_friction_nm: 0.5e-3,
+        viscous_friction_nms: 0.2e-6,
+        coupling: Some(Coupling {
+            stiffness_nm_per_rad: 2.0,
+            damping_nms: 50e-6,
+            backlash_rad: 2e-3,
+        }),
+        pendulum: Some(Pendulum {
+            torque_nm: 0.5e-3,
+            hanging_turns: 0.3,
+        }),
+        stops: Some(Stops::between(-1e6, 1e6)),
+    },
+    switches: Switches {
+        negative_limit: Some(Switch::below(-0.9e6)),
+        positive_limit: Some(Switch::above(0.9e6)),
+        home: Some(Switch {
+            hysteresis_turns: 0.002,
+            bounce_s: 0.5e-3,
+            ..Switch::between(0.1, 0.2)
+        }),
+    },
+    ..FULL_P3
 };
 
 impl Default for Parameters {
@@ -105,6 +188,12 @@ pub enum Invalid {
     Friction(f64),
     /// `start_turns` is beyond 2³⁰ turns.
     Start(f64),
+    /// A figure of `motor.cogging` is negative, infinite or undefined, or it has no periods.
+    Cogging(f64),
+    /// A figure of `load.coupling` is negative or undefined, or its stiffness zero.
+    Coupling(f64),
+    /// A figure of `load.pendulum` is infinite or undefined.
+    Pendulum(f64),
     /// `load.stops` are not apart, or `start_turns` is not between them. Carries the stops, turns.
     Stops(f64, f64),
     /// A switch ends before it begins, or its hysteresis or bounce is negative or beyond reason.
@@ -129,6 +218,8 @@ pub enum Invalid {
     Link(f64),
     /// A figure of the logic supply is negative, infinite or undefined.
     Logic(f32),
+    /// A figure of `thermal` is negative, undefined or beyond reason.
+    Thermal(f64),
     /// A converter step in `scales` is not positive.
     Scale(f32),
     /// `supply_v`, `diode_drop_v`, a current zero or a temperature is undefined, infinite or (the
@@ -177,8 +268,12 @@ impl Parameters {
         if !(-MAX_TURNS..=MAX_TURNS).contains(&self.start_turns) {
             return Err(Invalid::Start(self.start_turns));
         }
+        motor.cogging.check()?;
         load.check(self.start_turns)?;
         self.switches.check()?;
+        if let Some(thermal) = &self.thermal {
+            thermal.check()?;
+        }
         if !(self.pwm_period_s >= 1e-6 && self.pwm_period_s <= 1e-3) {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }
@@ -209,7 +304,7 @@ impl Parameters {
             zero_b,
             scales.temperature_zero_c,
             scales.motor_temperature_zero_c,
-            self.amplifier_temperature_c,
+            self.ambient_c,
         ] {
             if !level.is_finite() {
                 return Err(Invalid::Level(level));
@@ -221,11 +316,13 @@ impl Parameters {
 
 #[cfg(test)]
 mod tests {
-    use super::{Invalid, VIRTUAL_P3};
+    use super::{COMPLETE_P3, FULL_P3, Invalid, VIRTUAL_P3};
 
     #[test]
     fn the_first_bad_parameter_is_named() {
-        assert_eq!(VIRTUAL_P3.check(), Ok(()));
+        for possible in [VIRTUAL_P3, FULL_P3, COMPLETE_P3] {
+            assert_eq!(possible.check(), Ok(()));
+        }
         let mut bad = VIRTUAL_P3;
         bad.scales.voltage_v = 0.0;
         assert_eq!(bad.check(), Err(Invalid::Scale(0.0)));

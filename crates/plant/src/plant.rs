@@ -6,10 +6,11 @@ use control::{Mask, Real, sin_cos};
 use crate::diodes::{self, Pulled};
 use crate::load::angle_and_turns;
 use crate::switches::{Board, SwitchName};
+use crate::thermal::Heat;
 use crate::wiring::Wiring;
 use crate::{
-    EncoderFault, Inverter, Link, Mechanics, Parameters, Phase, Sensed, Sensors, Short, Supply,
-    Vector, Winding,
+    EncoderFault, Inverter, Link, Load, Mechanics, Parameters, Phase, Sensed, Sensors, Short,
+    Supply, Vector, Winding,
 };
 
 /// The world of one drive (or of a batch).
@@ -47,7 +48,7 @@ pub struct Plant<R: Real> {
     dead_part: R,
     bridge_current: R,
     electrical_turns: R::Count,
-    amplifier_temperature: R,
+    heat: Heat<R>,
     current: Vector<R>,
     /// Unit vector along the magnet.
     rotor: Vector<R>,
@@ -72,6 +73,12 @@ pub struct Truth<R: Real> {
     pub turns: R::Count,
     /// Speed of the shaft, rad/s.
     pub speed_rad_s: R,
+    /// Angle of the load; that of the shaft without a [`crate::Coupling`].
+    pub load_angle: R::Count,
+    /// Whole turns of the load.
+    pub load_turns: R::Count,
+    /// Speed of the load, rad/s.
+    pub load_speed_rad_s: R,
     /// Current into phases A, B, C, A.
     pub phase_current_a: [R; 3],
     /// Electromotive force of phases A, B, C, V.
@@ -90,9 +97,20 @@ pub struct Truth<R: Real> {
     pub supply_current_a: R,
     /// Current through the braking resistor, A.
     pub brake_current_a: R,
+    /// Temperature of the motor's winding, °C.
+    pub winding_c: R,
+    /// Temperature of the motor's housing, °C.
+    pub housing_c: R,
+    /// Temperature of the amplifier, °C.
+    pub amplifier_c: R,
 }
 
 impl Truth<f32> {
+    /// Position of the load, turns.
+    pub fn load_position_turns(&self) -> f64 {
+        f64::from(self.load_turns) + f64::from(self.load_angle) / 4_294_967_296.0
+    }
+
     /// Position of the shaft, turns.
     pub fn position_turns(&self) -> f64 {
         f64::from(self.turns) + f64::from(self.angle) / 4_294_967_296.0
@@ -124,7 +142,7 @@ impl<R: Real> Plant<R> {
             dead_part: dead_part(parameters),
             bridge_current: R::splat(0.0),
             electrical_turns: R::count(motor.electrical_turns().into()),
-            amplifier_temperature: R::splat(parameters.amplifier_temperature_c),
+            heat: Heat::new(R::splat(parameters.ambient_c)),
             current: Vector::zero(),
             rotor: Vector::zero(),
             rotor_age: 0,
@@ -135,6 +153,7 @@ impl<R: Real> Plant<R> {
         plant
             .mechanics
             .set_position(R::count(angle), R::count(turns));
+        plant.set_heat();
         plant.look_for_effects();
         plant.align_rotor();
         plant
@@ -181,6 +200,9 @@ impl<R: Real> Plant<R> {
         let square = current.alpha * current.alpha + current.beta * current.beta;
         self.tripped = self.tripped | (enabled & self.overcurrent_square.lt(square));
         self.inverter.end_period();
+        if !self.heat.is_off() {
+            self.warm(square, enabled, speed);
+        }
 
         self.mechanics.turn();
         self.rotor = self.rotor + self.rotor.times(turning);
@@ -241,12 +263,57 @@ impl<R: Real> Plant<R> {
             let mean = self.winding.mean(before, self.current).phases();
             let sum = |[a, b, c]: [R; 3], [d, e, f]: [R; 3]| a * d + b * e + c * f;
             let by_switches = R::select(enabled, sum(fractions, mean), zero);
+            let [a, b, c] = mean;
+            let switched = (a.abs() + b.abs() + c.abs()) * self.heat.switching_part();
+            let by_switches = by_switches + R::select(enabled, switched, zero);
             let by_diodes = sum(next.taken, mean) / R::select(zero.lt(full), full, R::splat(1.0));
             self.bridge_current = by_switches - by_diodes + short_circuit;
             self.supply.end_period(self.bridge_current);
         }
         if self.sensors.is_filtered() {
             self.sensors.follow(self.current);
+        }
+    }
+
+    /// Counts what this period has turned into heat.
+    #[inline(always)]
+    fn warm(&mut self, current_square: R, enabled: R::Mask, speed: R) {
+        let [a, b, c] = self.current.phases();
+        let magnitudes = a.abs() + b.abs() + c.abs();
+        // During dead times the diodes conduct on both edges; with the bridge open, always.
+        let drops = self.supply.diode_drops_v();
+        let switching = self.supply.voltage_v() * self.heat.switching_part();
+        let closed = drops * self.dead_part + switching;
+        let per_a = R::select(enabled, closed, drops * R::splat(0.5));
+        if self
+            .heat
+            .end_period(current_square, magnitudes * per_a, speed)
+        {
+            self.adopt_temperatures();
+        }
+    }
+
+    /// Gives the winding the resistance and the flux of its temperatures.
+    fn adopt_temperatures(&mut self) {
+        let motor = &self.parameters.motor;
+        let (resistance, flux) = self.heat.factors();
+        let real = |value: f64| R::splat(value as f32);
+        self.winding.set_warm(
+            real(motor.phase_resistance_ohm) * resistance + real(self.parameters.bridge.switch_ohm),
+            real(motor.flux_wb) * flux,
+        );
+    }
+
+    fn set_heat(&mut self) {
+        let parameters = &self.parameters;
+        self.heat.set_figures(
+            parameters.thermal.as_ref(),
+            &parameters.motor,
+            parameters.bridge.switch_ohm,
+            parameters.pwm_period_s,
+        );
+        if !self.heat.is_off() {
+            self.adopt_temperatures();
         }
     }
 
@@ -266,7 +333,7 @@ impl<R: Real> Plant<R> {
             speed_rad_s: self.mechanics.speed_rad_s(),
             current: self.current,
             bus_voltage_v: self.supply.voltage_v(),
-            temperature_c: self.amplifier_temperature,
+            temperature_c: self.heat.amplifier(),
         }
     }
 
@@ -277,6 +344,9 @@ impl<R: Real> Plant<R> {
             angle: self.mechanics.angle(),
             turns: self.mechanics.turns(),
             speed_rad_s: speed,
+            load_angle: self.mechanics.load_angle(),
+            load_turns: self.mechanics.load_turns(),
+            load_speed_rad_s: self.mechanics.load_speed_rad_s(),
             phase_current_a: self.current.phases(),
             phase_emf_v: self.winding.emf_v(self.rotor, speed).phases(),
             torque_nm: self.torque,
@@ -285,6 +355,9 @@ impl<R: Real> Plant<R> {
             bridge_current_a: self.bridge_current,
             supply_current_a: self.supply.supply_current_a(),
             brake_current_a: self.supply.brake_current_a(),
+            winding_c: self.heat.winding(),
+            housing_c: self.heat.housing(),
+            amplifier_c: self.heat.amplifier(),
         }
     }
 
@@ -357,21 +430,43 @@ impl<R: Real> Plant<R> {
         self.mechanics.set_load_torque_nm(torque_nm);
     }
 
+    /// Changes what hangs on the shaft, which keeps its position and speed.
+    pub fn set_load(&mut self, load: &Load) {
+        self.parameters.load = *load;
+        let (motor, period_s) = (&self.parameters.motor, self.parameters.pwm_period_s);
+        self.mechanics.set_period_s(motor, load, period_s);
+    }
+
     /// Blocks the shaft where it is, or frees it.
     pub fn set_blocked(&mut self, blocked: R::Mask) {
         self.mechanics.set_blocked(blocked);
     }
 
-    /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed, rad/s.
+    /// Puts shaft and load at an angle (2³² per turn, turn zero) with a speed, rad/s.
     pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
         self.mechanics.set_motion(angle, speed_rad_s);
         self.align_rotor();
         self.torque = self.winding.torque_nm(self.current, self.rotor);
     }
 
-    /// Sets the temperature of the amplifier, °C; an undefined value reads as the converter's zero.
+    /// Heats or cools the amplifier to a temperature, °C, from which it goes on toward what its losses
+    /// and the surroundings make of it. An undefined value changes nothing.
     pub fn set_amplifier_temperature_c(&mut self, temperature_c: R) {
-        self.amplifier_temperature = temperature_c;
+        self.heat.set_amplifier(temperature_c);
+    }
+
+    /// Heats or cools the motor, winding and housing, to a temperature, °C; likewise.
+    pub fn set_motor_temperature_c(&mut self, temperature_c: R) {
+        self.heat.set_motor(temperature_c);
+        if !self.heat.is_off() {
+            self.adopt_temperatures();
+        }
+    }
+
+    /// Sets the temperature of the surroundings, °C. An undefined value changes nothing. Without
+    /// [`Parameters::thermal`] nothing warms or cools to it.
+    pub fn set_ambient_c(&mut self, temperature_c: R) {
+        self.heat.set_ambient(temperature_c);
     }
 
     /// Sets the levels of the inputs to which no switch is connected, in the order of
@@ -406,6 +501,7 @@ impl<R: Real> Plant<R> {
         let (motor, load) = (&self.parameters.motor, &self.parameters.load);
         self.mechanics.set_period_s(motor, load, period_s);
         self.winding = winding_of(&self.parameters);
+        self.set_heat();
         self.dead_part = dead_part(&self.parameters);
         self.supply.set_link(&self.parameters.link, period_s);
         self.sensors.set_period_s(&self.parameters);
@@ -457,13 +553,13 @@ impl Plant<f32> {
     /// What the board says beside the sample. To be asked at every control boundary: switches with
     /// hysteresis, and those that bounce, remember what they were.
     pub fn signals(&mut self) -> Signals {
-        let way = way(self.mechanics.angle(), self.mechanics.turns());
+        let way = way(self.mechanics.load_angle(), self.mechanics.load_turns());
         Signals {
+            motor_temperature_adc: self.sensors.motor_temperature_adc(self.heat.winding()),
             magnet: self.sensors.magnet(),
             inputs: self.board.inputs(way, self.periods),
             auxiliary_adc: self.board.auxiliary_adc(),
             torque_off: self.board.torque_off(),
-            ..Signals::QUIET
         }
     }
 }

@@ -67,6 +67,8 @@ pub struct Sensors<R: Real> {
     counts_per_v: R,
     counts_per_k: R,
     temperature_zero_c: R,
+    motor_counts_per_k: R,
+    motor_zero_c: R,
 }
 
 /// What there is to be sensed.
@@ -106,6 +108,8 @@ impl<R: Real> Sensors<R> {
             counts_per_v: R::splat(1.0 / scales.voltage_v),
             counts_per_k: R::splat(1.0 / scales.temperature_k),
             temperature_zero_c: R::splat(scales.temperature_zero_c),
+            motor_counts_per_k: R::splat(1.0 / scales.motor_temperature_k),
+            motor_zero_c: R::splat(scales.motor_temperature_zero_c),
         };
         sensors.set_period_s(parameters);
         sensors
@@ -142,6 +146,11 @@ impl<R: Real> Sensors<R> {
     /// Starts the noise anew from a seed.
     pub fn set_noise_seed(&mut self, seed: R::Count) {
         self.noise = Noise::new(seed);
+    }
+
+    /// What the sensor in a motor's winding of a temperature, °C, reads.
+    pub(crate) fn motor_temperature_adc(&self, temperature_c: R) -> R {
+        convert((temperature_c - self.motor_zero_c) * self.motor_counts_per_k)
     }
 
     /// What the encoder says of its magnet. A batch shares it.

@@ -24,10 +24,19 @@ pub struct Spread {
     pub friction: f64,
     /// Share of the motors whose wires B and C are exchanged.
     pub wires_swapped: f64,
+    /// Cogging torque, relative.
+    pub cogging: f64,
+    /// Cogging torque, Nm more than nominal, with the nominal periods; its rests are then anywhere.
+    pub cogging_nm: f64,
     /// Inertia of the load, relative.
     pub load_inertia: f64,
     /// Friction of the load, relative; Coulomb and viscous each on its own.
     pub load_friction: f64,
+    /// Stiffness, damping and backlash of the coupling, and the weight of the load, relative, each on
+    /// its own.
+    pub coupling: f64,
+    /// Position of the switches, turns to either side, each on its own.
+    pub switch_turns: f64,
     /// Position of the shaft at the start, turns to either side.
     pub start_turns: f64,
     /// Voltage of the supply, relative.
@@ -40,6 +49,26 @@ pub struct Spread {
     pub encoder_reversed: f64,
     /// Reading of phases A and B at no current, counts to either side.
     pub current_zero_counts: f64,
+    /// Gain of the current sensors of phases A and B, relative, each on its own.
+    pub current_gain: f64,
+    /// Noise of the current sensors, counts more than nominal.
+    pub current_noise_counts: f64,
+    /// Eccentricity of the encoder's magnet, counts more than nominal; its phase is then anywhere.
+    pub encoder_eccentricity_counts: f64,
+    /// Lag of the encoder, s more than nominal.
+    pub encoder_lag_s: f64,
+    /// Noise of the encoder, counts more than nominal.
+    pub encoder_noise_counts: f64,
+    /// Dead time of the bridge, s more than nominal.
+    pub dead_time_s: f64,
+    /// Resistance of the bridge's switches, Ω more than nominal.
+    pub switch_ohm: f64,
+    /// Capacitance and resistances of the link between supply and bridge, relative, each on its own.
+    pub link: f64,
+    /// Temperature of the surroundings, K to either side.
+    pub ambient_k: f64,
+    /// Thermal resistances and time constants, relative, each on its own.
+    pub thermal: f64,
 }
 
 /// The streams. A number once given stays with its figure, or old seeds would make other worlds.
@@ -63,6 +92,36 @@ enum Figure {
     EncoderReversed = 15,
     CurrentZeroA = 16,
     CurrentZeroB = 17,
+    CurrentGainA = 18,
+    CurrentGainB = 19,
+    CurrentNoise = 20,
+    NoiseSeed = 21,
+    EncoderEccentricity = 22,
+    EncoderEccentricityPhase = 23,
+    EncoderLag = 24,
+    EncoderNoise = 25,
+    DeadTime = 26,
+    SwitchResistance = 27,
+    LinkCapacitance = 28,
+    LinkSource = 29,
+    LinkBleeder = 30,
+    Ambient = 31,
+    WindingHousing = 32,
+    HousingAmbient = 33,
+    WindingTime = 34,
+    HousingTime = 35,
+    AmplifierResistance = 36,
+    AmplifierTime = 37,
+    Cogging = 38,
+    CoggingMore = 39,
+    CoggingRest = 40,
+    Stiffness = 41,
+    Damping = 42,
+    Backlash = 43,
+    Pendulum = 44,
+    NegativeLimit = 45,
+    PositiveLimit = 46,
+    Home = 47,
 }
 
 impl Spread {
@@ -74,18 +133,33 @@ impl Spread {
         rotor_inertia: 0.0,
         friction: 0.0,
         wires_swapped: 0.0,
+        cogging: 0.0,
+        cogging_nm: 0.0,
         load_inertia: 0.0,
         load_friction: 0.0,
+        coupling: 0.0,
+        switch_turns: 0.0,
         start_turns: 0.0,
         supply: 0.0,
         diode_drop: 0.0,
         encoder_zero_turns: 0.0,
         encoder_reversed: 0.0,
         current_zero_counts: 0.0,
+        current_gain: 0.0,
+        current_noise_counts: 0.0,
+        encoder_eccentricity_counts: 0.0,
+        encoder_lag_s: 0.0,
+        encoder_noise_counts: 0.0,
+        dead_time_s: 0.0,
+        switch_ohm: 0.0,
+        link: 0.0,
+        ambient_k: 0.0,
+        thermal: 0.0,
     };
 
     /// Motors and boards as they come: windings and magnets within the tolerances that makers
-    /// state, wires connected and magnets glued on as it happened, and converters up to 0.1 A off.
+    /// state, wires connected and magnets glued on as it happened, converters up to 0.1 A off, and everything
+    /// a little eccentric, late and noisy.
     pub const TYPICAL: Spread = Spread {
         resistance: 0.1,
         inductance: 0.2,
@@ -93,14 +167,28 @@ impl Spread {
         rotor_inertia: 0.1,
         friction: 0.5,
         wires_swapped: 0.5,
+        cogging: 0.3,
+        cogging_nm: 0.0,
         load_inertia: 0.2,
         load_friction: 0.5,
+        coupling: 0.2,
+        switch_turns: 0.01,
         start_turns: 0.5,
         supply: 0.05,
         diode_drop: 0.1,
         encoder_zero_turns: 0.5,
         encoder_reversed: 0.5,
         current_zero_counts: 40.0,
+        current_gain: 0.02,
+        current_noise_counts: 1.0,
+        encoder_eccentricity_counts: 4.0,
+        encoder_lag_s: 100e-6,
+        encoder_noise_counts: 0.5,
+        dead_time_s: 200e-9,
+        switch_ohm: 0.1,
+        link: 0.2,
+        ambient_k: 10.0,
+        thermal: 0.2,
     };
 
     /// Whether these are spreads: relative ones from 0 to less than 1, shares from 0 to 1, others
@@ -114,14 +202,28 @@ impl Spread {
             self.friction,
             self.load_inertia,
             self.load_friction,
+            self.cogging,
+            self.coupling,
             self.supply,
             self.diode_drop,
+            self.current_gain,
+            self.link,
+            self.thermal,
         ];
         let shares = [self.wires_swapped, self.encoder_reversed];
         let absolute = [
             self.start_turns,
+            self.cogging_nm,
+            self.switch_turns,
             self.encoder_zero_turns,
             self.current_zero_counts,
+            self.current_noise_counts,
+            self.encoder_eccentricity_counts,
+            self.encoder_lag_s,
+            self.encoder_noise_counts,
+            self.dead_time_s,
+            self.switch_ohm,
+            self.ambient_k,
         ];
         let bad = |ok: fn(f64) -> bool, values: &[f64]| {
             let mut bad = values.iter().copied().filter(|&value| !ok(value));
@@ -176,6 +278,13 @@ impl Spread {
         );
         motor.wires_swapped ^= happens(self.wires_swapped, Figure::WiresSwapped);
 
+        let cogging = &mut motor.cogging;
+        relative(&mut cogging.torque_nm, self.cogging, Figure::Cogging);
+        cogging.torque_nm += self.cogging_nm * fraction(seed, Figure::CoggingMore);
+        if self.cogging_nm > 0.0 {
+            cogging.rest_turns += 0.5 * even(seed, Figure::CoggingRest);
+        }
+
         let load = &mut drawn.load;
         relative(
             &mut load.inertia_kgm2,
@@ -193,7 +302,43 @@ impl Spread {
             friction,
             Figure::LoadViscousFriction,
         );
+        if let Some(coupling) = &mut load.coupling {
+            for (value, figure) in [
+                (&mut coupling.stiffness_nm_per_rad, Figure::Stiffness),
+                (&mut coupling.damping_nms, Figure::Damping),
+                (&mut coupling.backlash_rad, Figure::Backlash),
+            ] {
+                relative(value, self.coupling, figure);
+            }
+        }
+        if let Some(pendulum) = &mut load.pendulum {
+            relative(&mut pendulum.torque_nm, self.coupling, Figure::Pendulum);
+        }
+        let switches = &mut drawn.switches;
+        for (switch, figure) in [
+            (&mut switches.negative_limit, Figure::NegativeLimit),
+            (&mut switches.positive_limit, Figure::PositiveLimit),
+            (&mut switches.home, Figure::Home),
+        ] {
+            if let Some(switch) = switch {
+                let moved = self.switch_turns * even(seed, figure);
+                switch.from_turns += moved;
+                switch.to_turns += moved;
+            }
+        }
+        let stops = load.stops;
         drawn.start_turns += self.start_turns * even(seed, Figure::StartTurns);
+        if let Some(stops) = stops {
+            // Between the stops, where else.
+            let above = drawn.start_turns > stops.lowest_turns;
+            let low = if above {
+                drawn.start_turns
+            } else {
+                stops.lowest_turns
+            };
+            let below = low < stops.highest_turns;
+            drawn.start_turns = if below { low } else { stops.highest_turns };
+        }
 
         relative_f32(&mut drawn.supply_v, self.supply, Figure::Supply);
         relative_f32(&mut drawn.diode_drop_v, self.diode_drop, Figure::DiodeDrop);
@@ -213,6 +358,58 @@ impl Spread {
         ] {
             *zero += (self.current_zero_counts * even(seed, figure)) as f32;
         }
+        let more = |value: &mut f32, most: f64, figure: Figure| {
+            *value += (most * fraction(seed, figure)) as f32;
+        };
+        let sensors = &mut drawn.current_sensors;
+        let [gain_a, gain_b] = &mut sensors.gain;
+        relative_f32(gain_a, self.current_gain, Figure::CurrentGainA);
+        relative_f32(gain_b, self.current_gain, Figure::CurrentGainB);
+        let noise = self.current_noise_counts;
+        more(&mut sensors.noise_counts, noise, Figure::CurrentNoise);
+        let encoder = &mut drawn.encoder;
+        let eccentricity = self.encoder_eccentricity_counts;
+        more(
+            &mut encoder.eccentricity_counts,
+            eccentricity,
+            Figure::EncoderEccentricity,
+        );
+        if eccentricity > 0.0 {
+            let phase = core::f64::consts::PI * even(seed, Figure::EncoderEccentricityPhase);
+            encoder.eccentricity_phase_rad += phase as f32;
+        }
+        encoder.lag_s += self.encoder_lag_s * fraction(seed, Figure::EncoderLag);
+        more(
+            &mut encoder.noise_counts,
+            self.encoder_noise_counts,
+            Figure::EncoderNoise,
+        );
+        if noise > 0.0 || self.encoder_noise_counts > 0.0 {
+            drawn.noise_seed = stream(seed, Figure::NoiseSeed) as u32;
+        }
+
+        let bridge = &mut drawn.bridge;
+        bridge.dead_time_s += self.dead_time_s * fraction(seed, Figure::DeadTime);
+        bridge.switch_ohm += self.switch_ohm * fraction(seed, Figure::SwitchResistance);
+        let link = &mut drawn.link;
+        relative(&mut link.capacitance_f, self.link, Figure::LinkCapacitance);
+        relative(&mut link.source_ohm, self.link, Figure::LinkSource);
+        relative(&mut link.bleeder_ohm, self.link, Figure::LinkBleeder);
+
+        drawn.ambient_c += (self.ambient_k * even(seed, Figure::Ambient)) as f32;
+        if let Some(thermal) = &mut drawn.thermal {
+            let (motor, amplifier) = (&mut thermal.motor, &mut thermal.amplifier);
+            for (value, figure) in [
+                (&mut motor.winding_k_per_w, Figure::WindingHousing),
+                (&mut motor.housing_k_per_w, Figure::HousingAmbient),
+                (&mut motor.winding_time_constant_s, Figure::WindingTime),
+                (&mut motor.housing_time_constant_s, Figure::HousingTime),
+                (&mut amplifier.k_per_w, Figure::AmplifierResistance),
+                (&mut amplifier.time_constant_s, Figure::AmplifierTime),
+            ] {
+                relative(value, self.thermal, figure);
+            }
+        }
         drawn
     }
 }
@@ -224,9 +421,13 @@ fn even(seed: u64, figure: Figure) -> f64 {
 
 /// Evenly from 0 to less than 1.
 fn fraction(seed: u64, figure: Figure) -> f64 {
+    (stream(seed, figure) >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+}
+
+/// 64 bits of a figure's stream.
+fn stream(seed: u64, figure: Figure) -> u64 {
     // SplitMix64, twice: once for the seed, once for the stream.
-    let bits = mixed(mixed(seed).wrapping_add(figure as u64));
-    (bits >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+    mixed(mixed(seed).wrapping_add(figure as u64))
 }
 
 /// One output of the SplitMix64 generator at this state.

@@ -2,7 +2,7 @@
 
 use control::Real;
 
-use crate::exponential::decayed_fraction;
+use crate::exponential::{decayed, decayed_fraction};
 use crate::{Motor, Vector};
 
 /// The winding of a motor without saliency, discretised exactly in the stator frame.
@@ -33,6 +33,10 @@ pub struct Winding<R: Real> {
     torque_constant: R,
     /// p ψ, V s/rad.
     emf_constant: R,
+    /// h/L, 1/Ω; L, H; p, with the direction in which the magnet turns.
+    constants_per_ohm: R,
+    inductance: R,
+    electrical_turns: R,
 }
 
 impl<R: Real> Winding<R> {
@@ -58,7 +62,27 @@ impl<R: Real> Winding<R> {
             short_circuit_current: real(motor.flux_wb / inductance),
             torque_constant: real(1.5 * electrical_turns * motor.flux_wb),
             emf_constant: real(electrical_turns * motor.flux_wb),
+            constants_per_ohm: real(period_s / inductance),
+            inductance: real(inductance),
+            electrical_turns: real(electrical_turns),
         }
+    }
+
+    /// Gives it another resistance, Ω, and flux, Wb, as it has warmed up. Both positive.
+    pub fn set_warm(&mut self, resistance_ohm: R, flux_wb: R) {
+        let one = R::splat(1.0);
+        let constants = resistance_ohm * self.constants_per_ohm;
+        self.decayed = decayed(constants);
+        self.remaining = one - self.decayed;
+        self.gain = self.decayed / resistance_ohm;
+        // The series where the difference would lose digits; its next term is x³/720.
+        let series = R::splat(0.5) - constants * R::splat(1.0 / 12.0);
+        let exact = one / constants - self.remaining / self.decayed;
+        self.first_weight = R::select(constants.lt(R::splat(0.05)), series, exact);
+        self.reactance = self.electrical_turns * self.inductance / resistance_ohm;
+        self.short_circuit_current = flux_wb / self.inductance;
+        self.emf_constant = self.electrical_turns * flux_wb;
+        self.torque_constant = self.emf_constant * R::splat(1.5);
     }
 
     /// e^(jωh) - 1: what turning for one period at the mechanical speed adds to a vector of length

@@ -17,6 +17,7 @@ struct Account {
     brake: f64,
     copper: f64,
     diodes: f64,
+    switching: f64,
     friction: f64,
     load: f64,
     /// What the bridge has taken and given, regardless of the sign.
@@ -61,7 +62,7 @@ impl Accountant {
 
     /// Books the period between two looks, with the part of it in which the current of each phase is
     /// in a diode.
-    fn book(&mut self, before: &Truth<f32>, diode_parts: [f64; 3]) {
+    fn book(&mut self, before: &Truth<f32>, diode_parts: [f64; 3], switching: bool) {
         let after = self.plant.truth();
         let p = &self.parameters;
         let h = p.pwm_period_s;
@@ -90,6 +91,12 @@ impl Accountant {
             })
             .sum();
         a.diodes += f64::from(p.diode_drop_v) * through * h;
+        if let (Some(thermal), true) = (&p.thermal, switching) {
+            let through: f64 = (0..3)
+                .map(|k| f64::from(before.phase_current_a[k] + after.phase_current_a[k]).abs())
+                .sum();
+            a.switching += 0.5 * through * bus * thermal.amplifier.switching_s;
+        }
 
         let way = (after.position_turns() - before.position_turns()) * TAU;
         let coulomb = p.motor.coulomb_friction_nm + p.load.coulomb_friction_nm;
@@ -109,7 +116,7 @@ impl Accountant {
             let mut scaled = self.parameters;
             scaled.supply_v = before.bus_voltage_v;
             step_in_rotor_frame(&mut self.plant, &scaled, volts(n));
-            self.book(&before, self.switching());
+            self.book(&before, self.switching(), true);
         }
     }
 
@@ -122,14 +129,21 @@ impl Accountant {
         for _ in 0..periods {
             let before = self.plant.truth();
             self.plant.step();
-            self.book(&before, diode_parts);
+            self.book(&before, diode_parts, false);
         }
     }
 
     /// What is missing, as a part of what was exchanged.
     fn missing(&self, name: &str) -> f64 {
         let a = &self.account;
-        let lost = a.source_ohm + a.bleeder + a.brake + a.copper + a.diodes + a.friction + a.load;
+        let lost = a.source_ohm
+            + a.bleeder
+            + a.brake
+            + a.copper
+            + a.diodes
+            + a.switching
+            + a.friction
+            + a.load;
         let gained = self.stored() - self.start;
         // What moved: through the bridge, or out of the store.
         let exchanged = if a.exchanged > gained.abs() {
@@ -151,6 +165,7 @@ fn with_link() -> Parameters {
     Parameters {
         load_delay_periods: 0,
         link: Link::SMALL,
+        thermal: None,
         ..VIRTUAL_P3
     }
 }
@@ -168,6 +183,12 @@ fn with_everything() -> Parameters {
             brake_off_v: 50.0,
             ..Link::SMALL
         },
+        // Losses of switching; the resistance is that of the account.
+        thermal: VIRTUAL_P3.thermal.map(|mut thermal| {
+            thermal.motor.resistance_per_k = 0.0;
+            thermal.motor.flux_per_k = 0.0;
+            thermal
+        }),
         ..with_link()
     }
 }
@@ -265,7 +286,7 @@ fn short_circuits() {
     for _ in 0..2_000 {
         let before = world.plant.truth();
         world.plant.step();
-        world.book(&before, world.switching());
+        world.book(&before, world.switching(), true);
     }
     let missing = world.missing("braking by the bridge");
     assert!(missing.abs() < 1e-3, "{missing}");

@@ -1,16 +1,18 @@
 //! Hidden truths: what is drawn, how far, and that it is the same every time.
 
 use control::io::Duty;
-use plant::{Parameters, Plant, Spread, VIRTUAL_P3};
+use plant::{COMPLETE_P3, Link, Parameters, Plant, Spread, Stops, VIRTUAL_P3};
+use std::f64::consts::PI;
 
 const DRAWS: u64 = 2_000;
 
 /// A loaded P3, so that every relative spread has something to spread.
 fn nominal() -> Parameters {
     let mut parameters = VIRTUAL_P3;
-    parameters.load.inertia_kgm2 = 1e-6;
-    parameters.load.coulomb_friction_nm = 1e-3;
-    parameters.load.viscous_friction_nms = 1e-6;
+    parameters.motor.cogging = COMPLETE_P3.motor.cogging;
+    parameters.load = COMPLETE_P3.load;
+    parameters.switches = COMPLETE_P3.switches;
+    parameters.link = Link::SMALL;
     parameters
 }
 
@@ -48,7 +50,7 @@ fn every_figure_fills_its_range() {
     let (motor, load) = (n.motor, n.load);
     let around = |value: f64, spread: f64| (value * (1.0 - spread), value * (1.0 + spread));
     type Figure = fn(&Parameters) -> f64;
-    let figures: [(&str, (f64, f64), Figure); 15] = [
+    let figures: [(&str, (f64, f64), Figure); 33] = [
         ("resistance", around(motor.phase_resistance_ohm, 0.1), |p| {
             p.motor.phase_resistance_ohm
         }),
@@ -85,6 +87,46 @@ fn every_figure_fills_its_range() {
         ("zero", (0.0, 4095.0), |p| p.encoder.zero_counts.into()),
         ("bias", (1833.0 - 40.0, 1833.0 + 40.0), |p| {
             p.current_zero_counts[0].into()
+        }),
+        ("gain", (0.98, 1.02), |p| p.current_sensors.gain[1].into()),
+        ("noise", (0.0, 1.0), |p| {
+            p.current_sensors.noise_counts.into()
+        }),
+        ("noise seed", (0.0, 4_294_967_295.0), |p| {
+            p.noise_seed.into()
+        }),
+        ("eccentricity", (0.0, 4.0), |p| {
+            p.encoder.eccentricity_counts.into()
+        }),
+        ("phase", (-PI, PI), |p| {
+            p.encoder.eccentricity_phase_rad.into()
+        }),
+        ("lag", (0.0, 100e-6), |p| p.encoder.lag_s),
+        ("encoder noise", (0.0, 0.5), |p| {
+            p.encoder.noise_counts.into()
+        }),
+        ("dead time", (0.0, 200e-9), |p| p.bridge.dead_time_s),
+        ("switches", (0.0, 0.1), |p| p.bridge.switch_ohm),
+        ("capacitance", around(220e-6, 0.2), |p| p.link.capacitance_f),
+        ("source", around(0.15, 0.2), |p| p.link.source_ohm),
+        ("ambient", (15.0, 35.0), |p| p.ambient_c.into()),
+        ("housing", around(8.9, 0.2), |p| {
+            p.thermal.unwrap().motor.housing_k_per_w
+        }),
+        ("cogging", around(0.3e-3, 0.3), |p| {
+            p.motor.cogging.torque_nm
+        }),
+        ("stiffness", around(2.0, 0.2), |p| {
+            p.load.coupling.unwrap().stiffness_nm_per_rad
+        }),
+        ("backlash", around(2e-3, 0.2), |p| {
+            p.load.coupling.unwrap().backlash_rad
+        }),
+        ("weight", around(0.5e-3, 0.2), |p| {
+            p.load.pendulum.unwrap().torque_nm
+        }),
+        ("home", (0.09, 0.11), |p| {
+            p.switches.home.unwrap().from_turns
         }),
     ];
     for (name, (low, high), figure) in figures {
@@ -251,5 +293,23 @@ fn a_world_starts_where_it_is_told() {
         if start.abs() < 1e6 {
             assert_eq!(truth.position_turns(), start);
         }
+    }
+}
+
+#[test]
+fn a_motor_without_cogging_may_get_some_and_a_machine_starts_between_its_stops() {
+    let spread = Spread {
+        cogging_nm: 1e-3,
+        start_turns: 5.0,
+        ..Spread::NONE
+    };
+    let mut nominal = VIRTUAL_P3;
+    nominal.motor.cogging.periods_per_turn = 12;
+    nominal.load.stops = Some(Stops::between(-2.0, 1.0));
+    for seed in 0..DRAWS {
+        let drawn = spread.draw(&nominal, seed);
+        assert_eq!(drawn.check(), Ok(()));
+        let cogging = drawn.motor.cogging;
+        assert!((0.0..1e-3).contains(&cogging.torque_nm) && cogging.rest_turns.abs() <= 0.5);
     }
 }

@@ -97,10 +97,9 @@ pub struct VirtualDrive {
     core: Option<Core>,
     pub(crate) processor: Processor,
     pub(crate) plant: Plant<f32>,
+    /// What its world was made of.
+    made: Parameters,
     pub(crate) controller: Controller,
-    pub(crate) errors: ErrorCounters,
-    /// When it takes part again after bus-off.
-    pub(crate) off_until: Option<Instant>,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
@@ -137,9 +136,8 @@ impl VirtualDrive {
             core: None,
             processor: Processor::Alive,
             plant: Plant::new(&settings.plant),
+            made: settings.plant,
             controller: Controller::new(bit_rate),
-            errors: ErrorCounters::default(),
-            off_until: None,
             station: Station::new(personality, serial, place.node(), bit_rate),
             changed_rate: None,
             latency,
@@ -172,7 +170,7 @@ impl VirtualDrive {
     /// Its bit rate. A drive whose bit rate is not [`crate::Bus::bit_rate`] hears nobody outside, and
     /// is not heard there.
     pub fn bit_rate(&self) -> BitRate {
-        self.controller.bit_rate()
+        self.controller.port.bit_rate()
     }
 
     /// Its serial number.
@@ -193,6 +191,11 @@ impl VirtualDrive {
     /// The physical world, to act upon (load, block, supply) and to look at.
     pub fn plant(&mut self) -> &mut Plant<f32> {
         &mut self.plant
+    }
+
+    /// What its world was at the start.
+    pub fn made(&self) -> &Parameters {
+        &self.made
     }
 
     /// The physical world, to look at.
@@ -217,7 +220,7 @@ impl VirtualDrive {
 
     /// Its error counters.
     pub fn error_counters(&self) -> ErrorCounters {
-        self.errors
+        self.controller.port.protocol.counters
     }
 
     pub(crate) fn next_control(&self) -> Instant {
@@ -266,8 +269,7 @@ impl VirtualDrive {
 
     /// A frame has arrived at its controller.
     pub(crate) fn hear(&mut self, frame: Frame, now: Instant) {
-        let is_on = self.core.is_some() || self.station.is_on();
-        if !is_on || self.is_lifeless() || self.errors.is_bus_off() {
+        if self.is_lifeless() {
             return;
         }
         let idle = !self.controller.has_received();
@@ -314,8 +316,8 @@ impl VirtualDrive {
         if let Some((_, at)) = self.storing {
             next = next.min(at);
         }
-        if let Some(at) = self.off_until {
-            next = next.min(at);
+        if self.is_bus_off() {
+            next = next.min(self.recovers_at());
         }
         next
     }
@@ -325,19 +327,23 @@ impl VirtualDrive {
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         self.follow_power(now);
         if self.is_lifeless() {
+            self.switch_controller(now);
             return;
         }
         if now >= self.boots_at {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
         }
-        if self.off_until.is_some_and(|at| now >= at) {
-            self.off_until = None;
-            self.errors = ErrorCounters::default();
-            self.report(Health {
-                bus_off_recovered: true,
-                ..Health::default()
-            });
+        if self.is_bus_off() && now >= self.recovers_at() {
+            let bit_ns = self.bit_rate().bit_ns();
+            if self.controller.port.protocol.rest(now, bit_ns) {
+                self.recovered();
+                notice(NoticeKind::BusOn);
+            }
+        }
+        // The core judges what it was told since its last tick.
+        if self.controller.port.protocol.counters.is_passive() {
+            self.became_passive();
         }
         if now >= self.service_at {
             if let Some(frame) = self.controller.next_received()
@@ -367,7 +373,45 @@ impl VirtualDrive {
         self.poll_lss(now, notice);
         self.obey(now);
         self.adopt_timing();
+        self.switch_controller(now);
         self.fill_mailboxes();
+    }
+
+    fn is_bus_off(&self) -> bool {
+        self.controller.port.protocol.counters.is_bus_off()
+    }
+
+    /// When it comes back from bus-off, if the wire stays quiet.
+    fn recovers_at(&self) -> Instant {
+        let bit_ns = self.bit_rate().bit_ns();
+        self.controller.port.protocol.rests_until(bit_ns)
+    }
+
+    /// It has come back from bus-off.
+    pub(crate) fn recovered(&mut self) {
+        self.report(Health {
+            bus_off_recovered: true,
+            ..Health::default()
+        });
+    }
+
+    /// Its controller is error passive.
+    pub(crate) fn became_passive(&mut self) {
+        self.report(Health {
+            error_passive: true,
+            ..Health::default()
+        });
+    }
+
+    /// A controller is on while there is a program behind it.
+    fn switch_controller(&mut self, now: Instant) {
+        let is_on = self.core.is_some() || self.station.is_on();
+        let protocol = &mut self.controller.port.protocol;
+        if is_on && !protocol.is_on() {
+            protocol.start(now);
+        } else if !is_on && protocol.is_on() {
+            protocol.stop();
+        }
     }
 
     /// The bit rate that LSS has given it since the last call.
@@ -377,7 +421,7 @@ impl VirtualDrive {
 
     /// Moves frames from the node to free mailboxes.
     pub(crate) fn fill_mailboxes(&mut self) {
-        if self.errors.is_bus_off() || self.station.is_silent() || self.is_lifeless() {
+        if self.is_bus_off() || self.station.is_silent() || self.is_lifeless() {
             return;
         }
         while self.controller.has_free_mailbox() {
@@ -423,6 +467,10 @@ impl VirtualDrive {
                         }
                     }
                 }
+                Request::NodeId(id) => {
+                    self.station.rename(id);
+                    self.node = Some(id);
+                }
                 Request::Reset(Reset::Node) => {
                     self.lose_program();
                     self.boots_at = now.plus_ns(self.latency.boot_ns());
@@ -451,7 +499,7 @@ impl VirtualDrive {
             notice(NoticeKind::StoreFellBack { kept });
         }
         if !self.station.is_on() {
-            let bit_rate = self.station.power_on(self.store.bytes());
+            let bit_rate = self.station.power_on(self.personality, self.store.bytes());
             self.controller.tune(bit_rate, now);
         }
         self.node = self.station.node();
@@ -508,7 +556,16 @@ impl VirtualDrive {
         let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
-                self.store.replace(bytes).map_err(|error| {
+                let replaced = self.store.replace(bytes);
+                if self.store.flash().has_lost_power() {
+                    notice(NoticeKind::PowerCutInSave);
+                    self.store.flash().power_on();
+                    self.store.load();
+                    self.lose_program();
+                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                    return;
+                }
+                replaced.map_err(|error| {
                     notice(NoticeKind::CannotStore(error));
                     Abort::HARDWARE
                 })

@@ -6,6 +6,7 @@ use can::{BitRate, Frame};
 use canopen::Instant;
 use canopen::lss::Request;
 
+use crate::controller::Port;
 use crate::disturbance::{Disturbance, Disturbed, Disturber};
 use crate::medium::Sender;
 
@@ -17,13 +18,13 @@ const SYNC: u32 = 0x080;
 #[derive(Debug)]
 pub(crate) struct Gateway {
     queues: BTreeMap<u32, VecDeque<Frame>>,
-    bit_rate: BitRate,
-    /// Since when it has it.
-    tuned_at: Instant,
+    pub(crate) port: Port,
     /// An outside LSS master has told the drives to change their bit rate.
     changes: bool,
-    /// A frame of it is on the wire.
-    pub(crate) sends: bool,
+    /// Whose frame is on the wire.
+    sends: Option<u32>,
+    /// Frames that were lost by bus-off.
+    pub(crate) dropped: u64,
     /// SYNC messages get lost on the way to the bus.
     holds_sync: bool,
     /// On the way to the bus, and from it.
@@ -34,12 +35,14 @@ pub(crate) struct Gateway {
 impl Gateway {
     /// One without clients.
     pub(crate) fn new(bit_rate: BitRate, disturbance: Disturbance, seed: u64) -> Gateway {
+        let mut port = Port::new(bit_rate);
+        port.protocol.start(Instant::ZERO);
         Gateway {
             queues: BTreeMap::new(),
-            bit_rate,
-            tuned_at: Instant::ZERO,
+            port,
             changes: false,
-            sends: false,
+            sends: None,
+            dropped: 0,
             holds_sync: false,
             inward: Disturber::new(disturbance, seed, 0),
             outward: Disturber::new(disturbance, seed, 1),
@@ -48,20 +51,14 @@ impl Gateway {
 
     /// Its bit rate.
     pub(crate) fn bit_rate(&self) -> BitRate {
-        self.bit_rate
-    }
-
-    /// Whether it hears a frame of this bit rate that began then.
-    pub(crate) fn follows(&self, bit_rate: BitRate, began: Instant) -> bool {
-        self.bit_rate == bit_rate && self.tuned_at <= began
+        self.port.bit_rate()
     }
 
     /// A drive has changed its bit rate because an LSS master said so. If that was one outside, its
     /// user would now set the interface anew; the first drive that changes tells how.
     pub(crate) fn drive_changed(&mut self, bit_rate: BitRate, now: Instant) {
-        if std::mem::take(&mut self.changes) && bit_rate != self.bit_rate {
-            self.bit_rate = bit_rate;
-            self.tuned_at = now;
+        if std::mem::take(&mut self.changes) && bit_rate != self.bit_rate() {
+            self.port.tune(bit_rate, now);
         }
     }
 
@@ -86,7 +83,7 @@ impl Gateway {
     /// sends reaches the others undisturbed.
     pub(crate) fn copies(&mut self, sender: Sender) -> u8 {
         match sender {
-            Sender::Drive(_) => self.outward.copies(),
+            Sender::Drive(_) | Sender::Stranger => self.outward.copies(),
             Sender::Outside(_) => 1,
         }
     }
@@ -99,13 +96,33 @@ impl Gateway {
     /// The waiting frame that would win arbitration, and whose it is. Each client's frames keep
     /// their order; of equal identifiers the lower client comes first.
     pub(crate) fn contender(&self) -> Option<(u32, Frame)> {
-        if self.sends {
-            return None;
-        }
         self.queues
             .iter()
             .filter_map(|(client, queue)| Some((*client, *queue.front()?)))
             .min_by_key(|(client, frame)| (frame.arbitration_key(), *client))
+    }
+
+    /// A frame of `client` is on the wire.
+    pub(crate) fn begin(&mut self, client: u32) {
+        self.sends = Some(client);
+    }
+
+    /// Whose frame is on the wire, or was last.
+    pub(crate) fn sends(&self) -> Option<u32> {
+        self.sends
+    }
+
+    /// It is bus-off: as the system of a real interface does, the frame in the controller is
+    /// dropped. The others wait until the controller has recovered.
+    pub(crate) fn drop_frame(&mut self) {
+        if let Some(client) = self.sends.take()
+            && let Some(queue) = self.queues.get_mut(&client)
+        {
+            self.dropped += u64::from(queue.pop_front().is_some());
+            if queue.is_empty() {
+                self.queues.remove(&client);
+            }
+        }
     }
 
     /// The first frame of `client` was sent.

@@ -31,7 +31,9 @@ mod probe;
 mod recording;
 mod replay;
 pub mod scenario;
+mod spoil;
 mod store;
+mod stranger;
 mod wire_act;
 
 pub use bus::{Bus, BusSettings};
@@ -44,7 +46,7 @@ pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
 pub use host::product_code;
 pub use link::{Listener, VirtualLink};
-pub use medium::{ErrorCounters, ErrorState, Sender, Traffic};
+pub use medium::{ErrorCounters, ErrorKind, ErrorState, Sender, Traffic};
 pub use notice::{Happening, Notice, NoticeKind};
 pub use pace::Pacer;
 pub use place::{NoPlace, Place};

@@ -6,18 +6,19 @@ use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
-use crate::medium::Traffic;
+use crate::medium::{ErrorCounters, Traffic};
 use crate::place::Place;
 use crate::store::StoreError;
+use crate::wire_act::Participant;
 
 /// Something that people should know of.
 #[derive(Debug)]
 pub struct Notice {
     /// When.
     pub at: Instant,
-    /// Which drive; `None` if it is the scenario that acts.
-    pub place: Option<Place>,
-    /// Its node ID at that time.
+    /// Whom it is about; `None` if it is the scenario that acts.
+    pub who: Option<Participant>,
+    /// A drive's node ID at that time.
     pub node: Option<NodeId>,
     /// What.
     pub kind: NoticeKind,
@@ -42,10 +43,16 @@ pub enum NoticeKind {
     },
     /// A save command failed.
     CannotStore(StoreError),
+    /// The logic supply failed in the middle of a save, and is back: it boots.
+    PowerCutInSave,
     /// The personality's defaults make no drive.
     CannotStart(ParameterError),
-    /// Collisions have driven it off the bus.
+    /// Its controller has found so many errors that it is error passive.
+    ErrorPassive(ErrorCounters),
+    /// Its controller has found so many errors while it sent that it is bus-off.
     BusOff,
+    /// It is back from bus-off.
+    BusOn,
     /// The scenario has done this.
     Scenario(String),
     /// It has started with a bit rate that is not the one of the bus.
@@ -84,13 +91,19 @@ impl Happening {
 
 impl std::fmt::Display for Notice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match (self.node, self.place) {
-            (Some(node), Some(place)) if Place::of_node(node) == place => {
+        match (self.who, self.node) {
+            (Some(Participant::Drive(place)), Some(node)) if Place::of_node(node) == place => {
                 write!(f, "node {node}: ")?;
             }
-            (Some(node), Some(place)) => write!(f, "node {node} (drive {place}): ")?,
-            (None, Some(place)) => write!(f, "drive {place}, which has no node ID: ")?,
-            (_, None) => {}
+            (Some(Participant::Drive(place)), Some(node)) => {
+                write!(f, "node {node} (drive {place}): ")?
+            }
+            (Some(Participant::Drive(place)), None) => {
+                write!(f, "drive {place}, which has no node ID: ")?;
+            }
+            (Some(Participant::Outside), _) => f.write_str("outside programs: ")?,
+            (Some(Participant::Stranger), _) => f.write_str("babbling node: ")?,
+            (None, _) => {}
         }
         match &self.kind {
             NoticeKind::Scenario(words) => {
@@ -107,12 +120,21 @@ impl std::fmt::Display for Notice {
                 f.write_str("; it starts on those stored before")
             }
             NoticeKind::CannotStore(error) => write!(f, "{error}"),
+            NoticeKind::PowerCutInSave => {
+                f.write_str("its logic supply failed while it saved; it boots")
+            }
             NoticeKind::CannotStart(error) => {
                 write!(f, "it cannot start, its defaults make no drive: {error:?}")
             }
-            NoticeKind::BusOff => {
-                f.write_str("bus-off: another participant sends with the same identifiers")
-            }
+            NoticeKind::ErrorPassive(ErrorCounters { transmit, receive }) => write!(
+                f,
+                "error passive: {transmit} transmit and {receive} receive errors counted"
+            ),
+            NoticeKind::BusOff => f.write_str(
+                "bus-off: what it sends is destroyed, by a broken cable or by another that sends \
+                 with the same identifiers",
+            ),
+            NoticeKind::BusOn => f.write_str("back from bus-off"),
             NoticeKind::OtherBitRate { drive, bus } => write!(
                 f,
                 "it starts with {drive}, and the bus has {bus}: it hears nobody there, and nobody \

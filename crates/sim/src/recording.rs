@@ -311,7 +311,7 @@ pub fn write_frame(log: &mut Recorder, traffic: &Traffic) -> io::Result<()> {
     // Seen from the simulation, which its drives belong to.
     let direction = match traffic.sender {
         Sender::Drive(_) => Direction::Sent,
-        Sender::Outside(_) => Direction::Received,
+        Sender::Outside(_) | Sender::Stranger => Direction::Received,
     };
     let content = Content::Frame(traffic.frame);
     log.write(traffic.at.0, &content, Some(direction))

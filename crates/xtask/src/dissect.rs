@@ -15,7 +15,7 @@ pub(crate) fn run(workspace: &Workspace) -> StepResult {
         )));
     }
     apt::need("tshark", &["tshark"])?;
-    let python = python::environment(workspace)?;
+    let python = python::environment(workspace, python::OUTSIDE)?;
     let mut pytest = workspace.command(python);
     pytest.args(["-m", "pytest", DISSECT]);
     pytest_counts(workspace, &mut pytest)

@@ -18,7 +18,7 @@ pub(crate) const DISSECT: &str = "python/outside/test_dissect.py";
 /// python-can and python-canopen, over socketcand and over slcan; then the recording of all that,
 /// which is complete when the drives have been switched off.
 pub(crate) fn run(workspace: &Workspace) -> StepResult {
-    let python = python::environment(workspace)?;
+    let python = python::environment(workspace, python::OUTSIDE)?;
     build_servobus(workspace)?;
     // The cycles of test_bus_load.py.
     let mut cyclic = workspace.cargo();

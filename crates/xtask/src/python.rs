@@ -1,5 +1,5 @@
-//! A virtual environment of Python packages under `target/`, at exactly the versions of
-//! `python/outside/requirements.txt`.
+//! Virtual environments of Python packages under `target/`, each at exactly the versions of a
+//! `requirements.txt`.
 
 use std::fs;
 use std::path::PathBuf;
@@ -9,19 +9,37 @@ use crate::command::{ask, run as run_command, succeed};
 use crate::step::Trouble;
 use crate::workspace::Workspace;
 
-const REQUIREMENTS: &str = "python/outside/requirements.txt";
+/// A list of packages, and where they are kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packages {
+    requirements: &'static str,
+    directory: &'static str,
+}
+
+/// What the programs outside need: CANopen masters, readers of recordings, pytest.
+pub(crate) const OUTSIDE: Packages = Packages {
+    requirements: "python/outside/requirements.txt",
+    directory: "outside-venv",
+};
+
+/// Another simulator of motor drives.
+pub(crate) const REFERENCE: Packages = Packages {
+    requirements: "python/reference/requirements.txt",
+    directory: "reference-venv",
+};
 
 /// The interpreter of the environment, which is made or renewed if it does not hold what the
 /// requirements say.
 ///
 /// # Errors
 /// [`Trouble::Impossible`] without Python 3 or where the packages cannot be fetched.
-pub(crate) fn environment(workspace: &Workspace) -> Result<PathBuf, Trouble> {
-    let directory = workspace.target().join("outside-venv");
+pub(crate) fn environment(workspace: &Workspace, packages: Packages) -> Result<PathBuf, Trouble> {
+    let requirements = packages.requirements;
+    let directory = workspace.target().join(packages.directory);
     let python = directory.join("bin/python");
     let installed = directory.join("installed.txt");
-    let wrong = |error: std::io::Error| Trouble::Failed(format!("{REQUIREMENTS}: {error}"));
-    let wanted = fs::read_to_string(workspace.root().join(REQUIREMENTS)).map_err(wrong)?;
+    let wrong = |error: std::io::Error| Trouble::Failed(format!("{requirements}: {error}"));
+    let wanted = fs::read_to_string(workspace.root().join(requirements)).map_err(wrong)?;
     if fs::read_to_string(&installed).is_ok_and(|is| is == wanted) && starts(workspace, &python) {
         return Ok(python);
     }
@@ -48,13 +66,13 @@ pub(crate) fn environment(workspace: &Workspace) -> Result<PathBuf, Trouble> {
         "--no-deps",
         "-q",
     ]);
-    if !run_command(pip.args(["-r", REQUIREMENTS]))?
+    if !run_command(pip.args(["-r", requirements]))?
         .status
         .success()
     {
         let remedy = "let pip reach PyPI or a mirror of it (PIP_INDEX_URL)";
         return Err(Trouble::impossible(
-            format!("pip could not install {REQUIREMENTS}"),
+            format!("pip could not install {requirements}"),
             remedy,
         ));
     }

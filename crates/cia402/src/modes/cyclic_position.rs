@@ -1,14 +1,10 @@
 //! Mode 8, cyclic synchronous position: set-points interpolated linearly over their period.
 
-use crate::arithmetic::{least, magnitude};
 use crate::path::{Path, TICK_NS};
 use crate::{Demand, Target};
 
+use super::line::{JITTER_DIVISOR, Offsets, towards};
 use super::{Bits, Generator, Inputs, Limited};
-
-/// A set-point that comes at most this part of its period before the last one is reached is early
-/// by the jitter of SYNC, bus and processor.
-const JITTER_DIVISOR: u32 = 4;
 
 /// Before the first set-point the axis comes to rest and holds; then it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +30,7 @@ pub(crate) struct CyclicPosition {
 
 impl CyclicPosition {
     pub(crate) fn new(inputs: &Inputs<'_>) -> CyclicPosition {
-        let path = Path::stop(&inputs.present, inputs.configuration.slow_down());
+        let path = Path::stop(&inputs.present, inputs.configuration.slow_down(inputs.mode));
         CyclicPosition {
             stage: Stage::Waiting { path, begun: false },
             velocity_offset: 0,
@@ -45,44 +41,26 @@ impl CyclicPosition {
 
     /// From the present demand to `target` within `period_ns`, or as fast as the limit allows.
     fn towards(&mut self, target: i32, period_ns: u32, inputs: &Inputs<'_>) -> Demand {
-        let present = &inputs.present;
-        // With limits the way lies between them; without, positions wrap and the short way is it.
-        let counts = if inputs.configuration.position_limits.is_some() {
-            i64::from(target) - i64::from(present.position)
+        let offsets = Offsets {
+            velocity: self.velocity_offset as f32,
+            torque_pm: f32::from(self.torque_offset_pm),
+        };
+        let (mut demand, limited) = towards(target, period_ns, offsets, inputs);
+        self.stage = if limited {
+            Stage::Limited { target }
         } else {
-            i64::from(target.wrapping_sub(present.position))
+            Stage::Following
         };
-        let distance = counts as f64 - present.fraction;
-        let period = f64::from(period_ns) * 1e-9;
-        let wanted = distance / period;
-        let (velocity, duration) = match inputs.configuration.max_velocity.map(magnitude) {
-            Some(limit) if wanted.abs() > limit => {
-                self.stage = Stage::Limited { target };
-                let time = if limit > 0.0 {
-                    least(distance.abs() / limit, 4.0)
-                } else {
-                    0.0
-                };
-                (limit.copysign(distance), time)
-            }
-            _ => {
-                self.stage = Stage::Following;
-                (wanted, period)
-            }
-        };
-        Demand::Position {
-            start: present.position,
-            fraction: present.fraction as f32,
-            velocity: velocity as f32,
-            acceleration: 0.0,
-            velocity_offset: self.velocity_offset as f32,
-            torque_offset_pm: f32::from(self.torque_offset_pm),
-            duration_ns: if velocity == 0.0 {
-                0
-            } else {
-                (duration * 1e9) as u32
-            },
+        // Where nothing moves there is nothing to wait for.
+        if let Demand::Position {
+            velocity: 0.0,
+            duration_ns,
+            ..
+        } = &mut demand
+        {
+            *duration_ns = 0;
         }
+        demand
     }
 }
 
@@ -126,7 +104,7 @@ impl Generator for CyclicPosition {
         match &mut self.stage {
             Stage::Waiting { path, begun } => {
                 if !*begun {
-                    path.resume(&inputs.present, inputs.configuration.slow_down());
+                    path.resume(&inputs.present, inputs.configuration.slow_down(inputs.mode));
                     *begun = true;
                 }
                 Some(path.tick())

@@ -113,7 +113,7 @@ impl Generator for CyclicVelocity {
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
         match self.stage {
             Stage::Waiting { velocity } => {
-                let down = inputs.configuration.slow_down();
+                let down = f64::from(inputs.configuration.slow_down(inputs.mode).rate);
                 let next = ramp(velocity, 0.0, down, down, TICK_S);
                 self.stage = Stage::Waiting { velocity: next };
                 Some(Demand::Velocity {

@@ -101,6 +101,10 @@ impl Homing {
         core::mem::take(&mut self.trigger_is_new).then_some(self.trigger)
     }
 
+    pub(crate) fn trigger(&self) -> Trigger {
+        self.trigger
+    }
+
     /// By how much positions become greater, once home is attained.
     pub(crate) fn take_shift(&mut self) -> Option<i32> {
         self.shift.take()

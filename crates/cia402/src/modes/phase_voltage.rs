@@ -40,7 +40,7 @@ impl Generator for PhaseVoltage {
                 self.voltage_d = inputs.targets.voltage_d;
                 self.voltage_q = inputs.targets.voltage_q;
             }
-            Target::Position | Target::Velocity | Target::Torque => return None,
+            _ => return None,
         }
         Some(self.begin())
     }

@@ -17,6 +17,7 @@ struct SetPoint {
     profile_velocity: f32,
     acceleration: f32,
     deceleration: f32,
+    jerk: f32,
 }
 
 /// A set-point on its way: the target in the path's counts, and what limits cut.
@@ -24,6 +25,7 @@ struct SetPoint {
 struct Move {
     target: i64,
     limits: ProfileLimits,
+    jerk: f32,
     cut: Limited,
 }
 
@@ -55,7 +57,7 @@ pub(crate) struct ProfilePosition {
 impl ProfilePosition {
     pub(crate) fn new(inputs: &Inputs<'_>) -> ProfilePosition {
         ProfilePosition {
-            path: Path::stop(&inputs.present, inputs.configuration.slow_down()),
+            path: Path::stop(&inputs.present, inputs.configuration.slow_down(inputs.mode)),
             begun: false,
             active: None,
             next: None,
@@ -90,6 +92,7 @@ impl ProfilePosition {
         Move {
             target: zero.saturating_add(within.value),
             limits,
+            jerk: set_point.jerk,
             cut: Limited {
                 above: within.above(&wanted),
                 below: within.below(&wanted),
@@ -158,6 +161,7 @@ impl Generator for ProfilePosition {
                 profile_velocity: inputs.configuration.profile_velocity,
                 acceleration: inputs.configuration.acceleration,
                 deceleration: inputs.configuration.deceleration,
+                jerk: inputs.configuration.jerk,
             };
             if now.change_immediately() || !self.busy() {
                 self.next = None;
@@ -176,7 +180,7 @@ impl Generator for ProfilePosition {
     fn tick(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
         if !self.begun {
             self.path
-                .resume(&inputs.present, inputs.configuration.slow_down());
+                .resume(&inputs.present, inputs.configuration.slow_down(inputs.mode));
             self.begun = true;
         }
         if let Some(active) = self.active
@@ -207,6 +211,7 @@ impl Generator for ProfilePosition {
             self.path.go(
                 beyond.map_or(active.target, |(_, target)| target),
                 active.limits,
+                active.jerk,
             );
         }
         Some(self.path.tick())
@@ -215,7 +220,7 @@ impl Generator for ProfilePosition {
     /// Set-points are taken all the same; they count from where the axis has come to.
     fn halted(&mut self, inputs: &Inputs<'_>) {
         self.path
-            .restart(&inputs.present, inputs.configuration.slow_down());
+            .restart(&inputs.present, inputs.configuration.slow_down(inputs.mode));
     }
 
     fn resume(&mut self, inputs: &Inputs<'_>) {

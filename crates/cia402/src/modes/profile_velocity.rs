@@ -1,7 +1,7 @@
 //! Mode 3, profile velocity: the target velocity through the profile's ramps.
 
 use crate::path::{TICK_NS, TICK_S};
-use crate::ramp::ramp;
+use crate::ramp::Velocity;
 use crate::windows::{Arrival, Standstill};
 use crate::{Demand, Target};
 
@@ -9,8 +9,8 @@ use super::{Bits, Generator, Inputs, Limited};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ProfileVelocity {
-    /// Demand at the present tick, counts/s.
-    velocity: f64,
+    /// Demand at the present tick.
+    demand: Velocity,
     target: i32,
     arrival: Arrival,
     standstill: Standstill,
@@ -21,7 +21,10 @@ pub(crate) struct ProfileVelocity {
 impl ProfileVelocity {
     pub(crate) fn new(inputs: &Inputs<'_>) -> ProfileVelocity {
         ProfileVelocity {
-            velocity: inputs.present.velocity,
+            demand: Velocity {
+                velocity: inputs.present.velocity,
+                acceleration: inputs.present.acceleration,
+            },
             target: inputs.targets.velocity,
             arrival: Arrival::default(),
             standstill: Standstill::default(),
@@ -51,7 +54,7 @@ impl ProfileVelocity {
 
 impl Generator for ProfileVelocity {
     fn begin(&self) -> Demand {
-        segment(self.velocity, self.velocity)
+        segment(self.demand.velocity, self.demand.velocity)
     }
 
     /// The ramp moves with the ticks; only "target reached" falls at once.
@@ -69,7 +72,8 @@ impl Generator for ProfileVelocity {
         let down =
             configuration.deceleration(configuration.deceleration, configuration.acceleration);
 
-        let ended = self.velocity == target.value;
+        let from = self.demand.velocity;
+        let ended = from == target.value && self.demand.acceleration == 0.0;
         let error = (target.value - f64::from(inputs.actual.velocity)).abs();
         self.take_target(inputs);
         self.bits = Bits {
@@ -79,16 +83,21 @@ impl Generator for ProfileVelocity {
             specific: self.stands(inputs),
         };
 
-        let next = ramp(self.velocity, target.value, up.value, down.value, TICK_S);
-        let speeds_up = next.abs() > self.velocity.abs();
+        self.demand = self.demand.towards(
+            target.value,
+            up.value,
+            down.value,
+            configuration.jerk,
+            TICK_S,
+        );
+        let to = self.demand.velocity;
+        let speeds_up = to.abs() > from.abs();
         self.limited = Limited {
             velocity: target.limited,
             acceleration: !ended && if speeds_up { up.limited } else { down.limited },
             ..Limited::default()
         };
-        let demand = segment(self.velocity, next);
-        self.velocity = next;
-        Some(demand)
+        Some(segment(from, to))
     }
 
     fn halted(&mut self, inputs: &Inputs<'_>) {
@@ -96,7 +105,10 @@ impl Generator for ProfileVelocity {
     }
 
     fn resume(&mut self, inputs: &Inputs<'_>) {
-        self.velocity = inputs.present.velocity;
+        self.demand = Velocity {
+            velocity: inputs.present.velocity,
+            acceleration: inputs.present.acceleration,
+        };
         self.target = inputs.targets.velocity;
         self.arrival = Arrival::default();
         self.bits.target_reached = false;

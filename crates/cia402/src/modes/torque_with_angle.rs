@@ -61,7 +61,7 @@ impl Generator for TorqueWithAngle {
                 self.angle = inputs.targets.angle;
                 Some(self.segment(present.torque_pm, present.left_ns))
             }
-            Target::Position | Target::Velocity | Target::PhaseVoltage => None,
+            _ => None,
         }
     }
 

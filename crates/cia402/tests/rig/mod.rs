@@ -264,7 +264,9 @@ impl Rig {
     fn settle(&mut self) {
         let sample = self.sample();
         match self.demand {
-            Demand::Position { .. } => {
+            Demand::Position { duration_ns, .. } => {
+                self.actual.demand_left_ns =
+                    u64::from(duration_ns).saturating_sub(self.elapsed_ns) as u32;
                 let whole = sample.position.floor();
                 self.actual.demand_position = whole as i64 as i32;
                 self.actual.demand_fraction = (sample.position - whole) as f32;

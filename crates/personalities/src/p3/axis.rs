@@ -28,6 +28,14 @@ pub(crate) const MODES: ModeSet = ModeSet::EMPTY
     .with(Mode::CYCLIC_TORQUE_WITH_ANGLE)
     .with(Mode::PHASE_VOLTAGE_WITH_ANGLE);
 
+/// 0x6502 for these modes.
+pub(crate) const fn supported_drive_modes(modes: ModeSet) -> Row {
+    let working = modes.and(ModeSet::IMPLEMENTED);
+    u32(0x6502, 0, "Supported drive modes")
+        .constant()
+        .default(working.supported_drive_modes() as i64)
+}
+
 /// A parameter of the axis that is stored.
 pub(crate) const fn limit(row: Row) -> Row {
     row.rw().store(Application).tells(CONFIGURATION)
@@ -42,7 +50,6 @@ pub(crate) const ROWS: &[Row] = &[
     // The manual says U08, the standard I08; on the wire they are the same (P11).
     i8(0x6060, 0, "Set mode of operation").rw().rpdo().asks(),
     feedback(i8(0x6061, 0, "Mode of operation display")),
-    u32(0x6502, 0, "Supported drive modes").constant().default(MODES.and(ModeSet::IMPLEMENTED).supported_drive_modes() as i64), // P54
     feedback(i32(0x6064, 0, "Actual position").unit("cts")).rw().asks(), // P25
     feedback(i32(0x606C, 0, "Actual velocity").unit("cts/s")),
     feedback(i16(0x6078, 0, "Actual current").unit("mA")), // P24
@@ -86,6 +93,7 @@ pub(crate) const ROWS: &[Row] = &[
 /// What the faithful drive has otherwise than the standard.
 #[rustfmt::skip]
 pub(super) const P3_ROWS: &[Row] = &[
+    supported_drive_modes(MODES), // P54
     // The manual says U16 (P12); 0 to 8.
     limit(u16(0x605A, 0, "Quick stop option code").range(0, 8).default(2)),
     // P17.
@@ -104,6 +112,9 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             position: plain(objects, 0x607A, 0),
             velocity: plain(objects, 0x60FF, 0),
             torque: plain(objects, 0x6071, 0),
+            vl_velocity: None,
+            interpolation_data: None,
+            interpolation_clear: None,
             position_offset: Some(plain(objects, 0x60B0, 0)),
             velocity_offset: Some(plain(objects, 0x60B1, 0)),
             torque_offset: Some(plain(objects, 0x60B2, 0)),
@@ -119,6 +130,8 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             position_demand: Some(plain(objects, 0x60FC, 0)),  // P28
             velocity_demand: [Some(plain(objects, 0x6043, 0)), None],
             torque_demand: [Some(plain(objects, 0x3023, 1)), None],
+            vl_velocity: None,
+            interpolation_buffered: None,
             following_error: Some(plain(objects, 0x60F4, 0)),
             velocity_error: Some(plain(objects, 0x3023, 2)),
             bus_voltage_v: Some(scaled(objects, 0x3000, 1, 0.1)), // P37
@@ -150,8 +163,11 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             max_deceleration: Some(plain(objects, 0x60C6, 0)),
             position_limits: Some((plain(objects, 0x607D, 1), plain(objects, 0x607D, 2))),
             max_torque: plain(objects, 0x6072, 0),
+            jerk: None,
+            vl: None,
             torque_slope: None,
             interpolation_period: Some((objects.need(0x60C2, 1), objects.need(0x60C2, 2))),
+            interpolation_buffer: None,
             quick_stop_option: Some(objects.need(0x605A, 0)),
             shutdown_option: None,
             disable_option: None,

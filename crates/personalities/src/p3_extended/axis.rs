@@ -1,17 +1,26 @@
 //! CiA 402: what the standard has and the faithful P3 has not, or otherwise.
 
 use canopen::row::{i16, i32, u16, u32};
-use canopen::{Dictionary, Row};
+use canopen::{Address, Dictionary, Row};
+use cia402::{Mode, ModeSet};
 
-use super::homing;
-use crate::p3::axis::limit;
+use super::{homing, modes};
+use crate::p3::axis::{limit, supported_drive_modes};
 use crate::p3::motor::feedback;
 use crate::p3::{self, plain};
-use crate::{AxisObjects, ConfigurationObjects, FeedbackObjects, TargetWindow, WindowObjects};
+use crate::{
+    AxisObjects, ConfigurationObjects, FeedbackObjects, TargetObjects, TargetWindow, WindowObjects,
+};
+
+/// The P3's, and those of frequency converters and of interpolation.
+pub(super) const MODES: ModeSet = p3::axis::MODES
+    .with(Mode::VELOCITY)
+    .with(Mode::INTERPOLATED_POSITION);
 
 /// The rows beside [`p3::axis::ROWS`].
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
+    supported_drive_modes(MODES),
     // Heartbeat or guarding lost, bus-off: 0 nothing, 1 fault, 2 disable voltage, 3 quick stop.
     limit(i16(0x6007, 0, "Abort connection option code").range(0, 3).default(1)),
     // The present error (P17).
@@ -39,14 +48,25 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
     let [velocity_demand, _] = p3.feedback.velocity_demand;
     let [torque_demand, _] = p3.feedback.torque_demand;
     AxisObjects {
+        targets: TargetObjects {
+            vl_velocity: Some(objects.need(0x6042, 0)),
+            interpolation_data: Some(Address::new(0x60C1, 1)),
+            interpolation_clear: Some(Address::new(0x60C4, 6)),
+            ..p3.targets
+        },
         feedback: FeedbackObjects {
+            vl_velocity: Some(objects.need(0x6044, 0)),
+            interpolation_buffered: Some(objects.need(0x60C4, 4)),
             velocity_demand: [velocity_demand, Some(plain(objects, 0x606B, 0))],
             torque_demand: [torque_demand, Some(plain(objects, 0x6074, 0))],
             ..p3.feedback
         },
         configuration: ConfigurationObjects {
             quick_stop_deceleration: Some(plain(objects, 0x6085, 0)),
+            jerk: Some((objects.need(0x6086, 0), plain(objects, 0x60A4, 1))),
+            vl: Some(modes::vl(objects)),
             torque_slope: Some(plain(objects, 0x6087, 0)),
+            interpolation_buffer: Some(objects.need(0x60C4, 2)),
             shutdown_option: Some(objects.need(0x605B, 0)),
             disable_option: Some(objects.need(0x605C, 0)),
             halt_option: Some(objects.need(0x605D, 0)),

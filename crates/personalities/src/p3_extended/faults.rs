@@ -45,7 +45,7 @@ const fn communication(cause: Cause, code: u16, status_bit: u8) -> FaultRow {
 }
 
 /// Rows of this table.
-const ROWS: usize = COUNT + 6;
+const ROWS: usize = COUNT + 7;
 
 /// The manual's table in its order, then communication.
 pub(super) const fn table<const N: usize>(objects: &Dictionary<N>) -> [FaultRow; ROWS] {
@@ -71,6 +71,16 @@ pub(super) const fn table<const N: usize>(objects: &Dictionary<N>) -> [FaultRow;
         communication(Cause::SyncLength, 0x8240, 29),
         communication(Cause::RpdoTimeout, 0x8250, 30),
         communication(Cause::ErrorPassive, 0x8120, 31),
+        // An error from outside, the axis being under power. The status register is full.
+        row(
+            Cause::TorqueOff,
+            0x9000,
+            Kind::Fault,
+            7,
+            32,
+            States::All,
+            Switch::Object(plain(objects, 0x2433, 1)),
+        ),
     ];
     joined(&p3_table(objects, by), &communication)
 }

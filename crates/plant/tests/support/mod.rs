@@ -57,10 +57,11 @@ pub(crate) fn frictionless() -> Parameters {
     parameters
 }
 
-/// The virtual P3 without delay of the duty.
+/// The virtual P3 without delay of the duty, and always at the temperature of its figures.
 pub(crate) fn prompt() -> Parameters {
     Parameters {
         load_delay_periods: 0,
+        thermal: None,
         ..VIRTUAL_P3
     }
 }

@@ -1,25 +1,28 @@
 //! The medium: who sends next, and for how long. Who has another bit rate hears nothing of it, and
-//! has a medium of its own.
+//! has a medium of its own; so has who is cut off.
+//!
+//! A frame that nothing can happen to is taken as a whole: its length is computed, and it is there
+//! at its end. Everything else is played bit by bit by the controllers' [`Protocol`]s, from start of
+//! frame until the wire is free again.
 
 mod counters;
+mod decoder;
+mod protocol;
+#[cfg(test)]
+mod rules;
 
-pub(crate) use counters::Counted;
 pub use counters::{ErrorCounters, ErrorState};
+pub use protocol::ErrorKind;
+pub(crate) use protocol::{Event, Protocol};
 
 use can::{BitRate, Frame};
 use canopen::Instant;
 
 use crate::place::Place;
+use crate::wire_act::Participant;
 
 /// Bits of the interframe space, after which the next frame may begin (ISO 11898-1).
-const INTERFRAME_BITS: u64 = 3;
-/// An error frame: flag of 6, superposed flags of up to 6, delimiter of 8 bits.
-const ERROR_FRAME_BITS: u64 = 20;
-/// Bits after which two frames of equal identifier are sure to be told apart: the first bit of the
-/// data. Only the length of the disturbance depends on it.
-const COLLISION_BITS: u64 = 20;
-/// Recessive bits that end bus-off: 128 sequences of 11.
-pub(crate) const RECOVERY_BITS: u64 = 128 * 11;
+pub(crate) const INTERFRAME_BITS: u64 = 3;
 
 /// Who put a frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,6 +31,19 @@ pub enum Sender {
     Drive(Place),
     /// A program outside, by its number.
     Outside(u32),
+    /// The node that [`crate::WireAct::Flood`] lets babble.
+    Stranger,
+}
+
+impl Sender {
+    /// Whose controller sent it.
+    pub fn participant(self) -> Participant {
+        match self {
+            Sender::Drive(place) => Participant::Drive(place),
+            Sender::Outside(_) => Participant::Outside,
+            Sender::Stranger => Participant::Stranger,
+        }
+    }
 }
 
 /// A frame that went over the bus.
@@ -39,121 +55,189 @@ pub struct Traffic {
     pub frame: Frame,
     /// Who sent it.
     pub sender: Sender,
-    /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`]).
+    /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`],
+    /// [`crate::WireAct`]) or their controller is bus-off. 0 of one that an outside program sent:
+    /// its controller saw an error in the last bit, and sends it again.
     pub copies: u8,
+}
+
+/// A wire: those on it hear each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Wire {
+    pub(crate) bit_rate: BitRate,
+    /// Who is alone on it.
+    pub(crate) cut_off: Option<Participant>,
+}
+
+/// What acts do to one frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Spoilt {
+    /// Bits that are flipped, by their number from start of frame, and for whom.
+    pub(crate) flips: Vec<(u16, Option<Participant>)>,
+    /// Who loses the frame.
+    pub(crate) lost_at: Vec<Participant>,
 }
 
 /// What is on the wire.
 #[derive(Clone, Debug)]
 pub(crate) enum InFlight {
-    /// A frame, and everyone who sends it: several only if they send the same bits.
-    Frame { frame: Frame, senders: Vec<Sender> },
-    /// Different frames of one identifier, which destroy each other.
-    Collision { senders: Vec<Sender> },
+    /// A frame that will be good, and everyone who sends it: several only if they send the same
+    /// bits.
+    Frame {
+        frame: Frame,
+        senders: Vec<Sender>,
+        lost_at: Vec<Participant>,
+    },
+    /// Anything, bit by bit.
+    Bits {
+        /// Number of the bit that ends next, from start of frame.
+        number: u16,
+        spoilt: Spoilt,
+    },
 }
 
-/// What has ended on a wire.
+/// A good frame that has ended on a wire.
 #[derive(Clone, Debug)]
 pub(crate) struct Ended {
-    pub(crate) what: InFlight,
+    pub(crate) frame: Frame,
+    pub(crate) senders: Vec<Sender>,
+    pub(crate) lost_at: Vec<Participant>,
     /// When it began. Who did not listen then has not heard it.
     pub(crate) began: Instant,
-    pub(crate) bit_rate: BitRate,
+    pub(crate) wire: Wire,
 }
 
-/// The wire as those see it who have one bit rate.
+/// One wire and what is on it.
 #[derive(Debug)]
 pub(crate) struct Medium {
-    bit_rate: BitRate,
+    pub(crate) wire: Wire,
     in_flight: Option<InFlight>,
     began: Instant,
-    /// When what is on the wire ends.
+    /// When the frame that is on the wire ends, or the bit.
     pub(crate) ends: Instant,
     /// When the next frame may begin.
     pub(crate) idle_at: Instant,
-    /// A drive may wait for it.
+    /// Somebody may wait for it.
     pub(crate) contended: bool,
+    /// When somebody who waits may begin, other than by the end of a frame.
+    pub(crate) retry_at: Instant,
 }
 
 impl Medium {
-    pub(crate) fn new(bit_rate: BitRate) -> Medium {
+    fn new(wire: Wire) -> Medium {
         Medium {
-            bit_rate,
+            wire,
             in_flight: None,
             began: Instant::ZERO,
             ends: Instant::NEVER,
             idle_at: Instant::ZERO,
             contended: false,
+            retry_at: Instant::NEVER,
         }
     }
 
-    pub(crate) fn bit_rate(&self) -> BitRate {
-        self.bit_rate
+    pub(crate) fn bit_ns(&self) -> u64 {
+        self.wire.bit_rate.bit_ns()
     }
 
     pub(crate) fn is_idle(&self, now: Instant) -> bool {
         self.in_flight.is_none() && now >= self.idle_at
     }
 
-    /// Arbitration: of all that contend at `now`, the lowest identifier goes on the wire. For how long
-    /// the wire is busy then, interframe space included, ns.
-    pub(crate) fn arbitrate(&mut self, now: Instant, contenders: &[(Sender, Frame)]) -> u64 {
-        let Some((_, winner)) = contenders
-            .iter()
-            .min_by_key(|(_, frame)| frame.arbitration_key())
-        else {
-            return 0;
-        };
-        let key = winner.arbitration_key();
-        let same = || {
-            contenders
-                .iter()
-                .filter(move |(_, frame)| frame.arbitration_key() == key)
-        };
-        let senders: Vec<Sender> = same().map(|(sender, _)| *sender).collect();
-        let (in_flight, bits, gap) = if same().all(|(_, frame)| frame == winner) {
-            let bits = u64::from(winner.wire_bits()) - INTERFRAME_BITS;
-            let frame = *winner;
-            (InFlight::Frame { frame, senders }, bits, INTERFRAME_BITS)
-        } else {
-            let bits = COLLISION_BITS + ERROR_FRAME_BITS;
-            (InFlight::Collision { senders }, bits, INTERFRAME_BITS)
-        };
-        let bit_ns = self.bit_rate.bit_ns();
-        self.in_flight = Some(in_flight);
-        self.began = now;
-        self.ends = now.plus_ns(bits * bit_ns);
-        self.idle_at = self.ends.plus_ns(gap * bit_ns);
-        (bits + gap) * bit_ns
+    /// Whether a good frame is on the wire.
+    pub(crate) fn carries_frame(&self) -> bool {
+        matches!(self.in_flight, Some(InFlight::Frame { .. }))
     }
 
-    /// What ends now.
+    /// Whether it is looked at bit by bit.
+    pub(crate) fn is_in_bits(&self) -> bool {
+        matches!(self.in_flight, Some(InFlight::Bits { .. }))
+    }
+
+    /// A good frame begins. How long the wire is busy then, interframe space included, ns.
+    pub(crate) fn begin_frame(
+        &mut self,
+        now: Instant,
+        frame: Frame,
+        senders: Vec<Sender>,
+        lost_at: Vec<Participant>,
+    ) -> u64 {
+        let busy_ns = u64::from(frame.wire_bits()) * self.bit_ns();
+        self.in_flight = Some(InFlight::Frame {
+            frame,
+            senders,
+            lost_at,
+        });
+        self.began = now;
+        self.idle_at = now.plus_ns(busy_ns);
+        self.ends = Instant(self.idle_at.0 - INTERFRAME_BITS * self.bit_ns());
+        busy_ns
+    }
+
+    /// Bits are looked at one by one, the first of which is `number` and ends then.
+    pub(crate) fn begin_bits(&mut self, number: u16, ends: Instant, spoilt: Spoilt) {
+        self.in_flight = Some(InFlight::Bits { number, spoilt });
+        self.ends = ends;
+        self.idle_at = Instant::NEVER;
+    }
+
+    /// The bit that has ended: its number and what is done to its frame.
+    pub(crate) fn bit(&self) -> Option<(u16, &Spoilt)> {
+        match &self.in_flight {
+            Some(InFlight::Bits { number, spoilt }) => Some((*number, spoilt)),
+            _ => None,
+        }
+    }
+
+    /// The next bit.
+    pub(crate) fn next_bit(&mut self) {
+        let bit_ns = self.bit_ns();
+        if let Some(InFlight::Bits { number, .. }) = &mut self.in_flight {
+            *number = number.saturating_add(1);
+            self.ends = self.ends.plus_ns(bit_ns);
+        }
+    }
+
+    /// The wire is free.
+    pub(crate) fn end_bits(&mut self, now: Instant) {
+        self.in_flight = None;
+        self.ends = Instant::NEVER;
+        self.idle_at = now;
+        self.contended = true;
+    }
+
+    /// The good frame that ends now.
     pub(crate) fn take_ended(&mut self, now: Instant) -> Option<Ended> {
-        if now < self.ends {
+        if now < self.ends || !self.carries_frame() {
             return None;
         }
         self.ends = Instant::NEVER;
-        let what = self.in_flight.take()?;
-        Some(Ended {
-            what,
-            began: self.began,
-            bit_rate: self.bit_rate,
-        })
+        self.take_frame()
     }
 
-    /// Whether one of the senders of what is on the wire is outside.
-    pub(crate) fn carries_outside(&self) -> bool {
-        let outside = |sender: &Sender| matches!(sender, Sender::Outside(_));
-        match &self.in_flight {
-            Some(InFlight::Frame { senders, .. } | InFlight::Collision { senders }) => {
-                senders.iter().any(outside)
+    /// The good frame that is on the wire.
+    pub(crate) fn take_frame(&mut self) -> Option<Ended> {
+        match self.in_flight.take()? {
+            InFlight::Frame {
+                frame,
+                senders,
+                lost_at,
+            } => Some(Ended {
+                frame,
+                senders,
+                lost_at,
+                began: self.began,
+                wire: self.wire,
+            }),
+            bits @ InFlight::Bits { .. } => {
+                self.in_flight = Some(bits);
+                None
             }
-            None => false,
         }
     }
 }
 
-/// The media of one bus, one for each bit rate that somebody has had.
+/// The media of one bus, one for each wire that there has been.
 #[derive(Debug, Default)]
 pub(crate) struct Media(Vec<Medium>);
 
@@ -173,15 +257,18 @@ impl Media {
         &mut self.0[n]
     }
 
-    /// A drive of this bit rate may wait for the wire.
-    pub(crate) fn contend(&mut self, bit_rate: BitRate) {
-        match self.0.iter_mut().find(|medium| medium.bit_rate == bit_rate) {
-            Some(medium) => medium.contended = true,
-            None => {
-                let mut medium = Medium::new(bit_rate);
-                medium.contended = true;
-                self.0.push(medium);
-            }
-        }
+    /// The number of that wire's, which is made if there is none.
+    pub(crate) fn number(&mut self, wire: Wire) -> usize {
+        let known = self.0.iter().position(|medium| medium.wire == wire);
+        known.unwrap_or_else(|| {
+            self.0.push(Medium::new(wire));
+            self.0.len() - 1
+        })
+    }
+
+    /// Somebody may wait for this wire.
+    pub(crate) fn contend(&mut self, wire: Wire) {
+        let n = self.number(wire);
+        self.0[n].contended = true;
     }
 }

@@ -37,7 +37,7 @@ pub(crate) fn run(workspace: &Workspace) -> StepResult {
     apt::need(QEMU, &["qemu-system-x86"])?;
     apt::need("candump", &["can-utils"])?;
     apt::need("ip", &["iproute2"])?;
-    let python = python::environment(workspace)?;
+    let python = python::environment(workspace, python::OUTSIDE)?;
     build_servobus(workspace)?;
     let image = image::ready(workspace)?;
     let out = workspace.target().join("vm").join("out");

@@ -200,8 +200,10 @@ impl Stage {
                 continue;
             };
             let sender = match traffic.sender {
+                // Without copies it was good for others only, and is sent again.
+                Sender::Outside(_) if traffic.copies == 0 => None,
                 Sender::Outside(number) => self.guests.sent(number, doors),
-                Sender::Drive(_) => None,
+                Sender::Drive(_) | Sender::Stranger => None,
             };
             for _ in 0..traffic.copies {
                 doors.deliver(&traffic.frame, traffic.at.0, sender);

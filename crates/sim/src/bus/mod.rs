@@ -1,17 +1,24 @@
 //! One simulated bus: a medium, its drives, the gateway, and the order of events.
 
+mod acts;
+mod arbitrate;
+mod bits;
+
 use can::{BitRate, Frame};
 use canopen::{Instant, NodeId};
 
 use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
 use crate::gateway::Gateway;
-use crate::medium::{Counted, Ended, InFlight, Media, Medium, RECOVERY_BITS, Sender, Traffic};
+use crate::medium::{ErrorCounters, Event, Media, Sender, Traffic};
 use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
-use crate::scenario::{Runner, Scenario, World};
-use crate::wire_act::{ImpossibleAct, WireAct};
+use crate::scenario::{Runner, Scenario};
+use crate::stranger::Stranger;
+use crate::wire_act::Participant;
+
+use acts::Acts;
 
 /// What a bus is.
 #[derive(Debug)]
@@ -53,14 +60,18 @@ pub struct Bus {
     due_is_stale: bool,
     busy_ns: u64,
     gateway: Gateway,
+    stranger: Stranger,
     traffic: Vec<Traffic>,
     notices: Vec<Notice>,
     probe: Option<(u64, Instant)>,
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
+    events: Vec<(Participant, Event)>,
     runner: Option<Runner>,
     /// Acts that are not over.
-    acts: Vec<WireAct>,
+    acts: Acts,
+    /// Every frame is looked at bit by bit.
+    every_bit: bool,
 }
 
 impl Bus {
@@ -81,13 +92,16 @@ impl Bus {
             busy_ns: 0,
             drives,
             gateway: Gateway::new(bit_rate, settings.disturbance, seed),
+            stranger: Stranger::new(bit_rate),
             traffic: Vec::new(),
             notices: Vec::new(),
             probe: None,
             samples: Vec::new(),
             contenders: Vec::new(),
+            events: Vec::new(),
+            acts: Acts::default(),
+            every_bit: false,
             runner: settings.scenario.as_ref().map(Runner::new),
-            acts: Vec::new(),
         }
     }
 
@@ -127,20 +141,24 @@ impl Bus {
     ///
     /// How often it goes onto the wire: once, unless the bus is disturbed.
     pub fn send(&mut self, client: u32, frame: Frame) -> u8 {
+        self.media.contend(self.gateway.port.wire());
         self.gateway.push(client, frame)
     }
 
-    /// Something is done to the wire on purpose, from now on. Acts go on until their time is over or
-    /// their frames have been met; several may be pending. (They are checked and kept so far; that
-    /// the wire obeys them comes next.)
-    ///
-    /// # Errors
-    /// [`ImpossibleAct`]; nothing was done then.
-    pub fn act(&mut self, act: WireAct) -> Result<(), ImpossibleAct> {
-        let places: Vec<Place> = self.drives.iter().map(VirtualDrive::place).collect();
-        act.check_drives(&places)?;
-        self.acts.push(act);
-        Ok(())
+    /// Plays every frame bit by bit from now on, also those that nothing can happen to. That is
+    /// much slower and makes no difference; tests compare the two.
+    pub fn look_at_every_bit(&mut self) {
+        self.every_bit = true;
+    }
+
+    /// The error counters of the controller that outside programs share.
+    pub fn outside_error_counters(&self) -> ErrorCounters {
+        self.gateway.port.protocol.counters
+    }
+
+    /// Frames of outside programs that were lost because their controller went bus-off.
+    pub fn outside_dropped(&self) -> u64 {
+        self.gateway.dropped
     }
 
     /// What [`BusSettings::disturbance`] has done to frames on the way to the bus, and from it.
@@ -224,8 +242,15 @@ impl Bus {
         let mut next = Instant::NEVER;
         for medium in self.media.iter() {
             next = next.min(medium.ends);
-            if medium.ends == Instant::NEVER && self.is_contended(medium) {
-                next = next.min(medium.idle_at.max(self.now));
+            if medium.ends == Instant::NEVER {
+                let at = if medium.contended {
+                    Instant::ZERO
+                } else {
+                    medium.retry_at
+                };
+                if at != Instant::NEVER {
+                    next = next.min(at.max(medium.idle_at).max(self.now));
+                }
             }
         }
         for due in &self.due {
@@ -239,23 +264,16 @@ impl Bus {
                 .min(runner.next_due())
                 .min(runner.next_look(&self.drives));
         }
-        next
-    }
-
-    /// Whether anybody may wait for this wire.
-    fn is_contended(&self, medium: &Medium) -> bool {
-        let gateway = &self.gateway;
-        medium.contended
-            || medium.bit_rate() == gateway.bit_rate() && !gateway.sends && gateway.waiting() > 0
+        next.min(self.next_of_others())
     }
 
     /// Looks at every drive, if anyone outside may have changed one.
     fn refresh(&mut self) {
         if self.due_is_stale {
             self.due_is_stale = false;
-            self.media.contend(self.gateway.bit_rate());
+            self.media.contend(self.gateway.port.wire());
             for drive in &self.drives {
-                self.media.contend(drive.bit_rate());
+                self.media.contend(drive.controller.port.wire());
             }
             self.due.clear();
             self.due
@@ -280,30 +298,43 @@ impl Bus {
         self.sample();
         // Frames.
         for n in 0..self.media.count() {
-            if let Some(ended) = self.media.nth(n).take_ended(now) {
-                self.deliver(&ended);
+            let medium = self.media.nth(n);
+            if now < medium.ends {
+                continue;
+            }
+            match medium.take_ended(now) {
+                Some(ended) => self.deliver(&ended),
+                None => self.bit(n),
             }
         }
         self.play_scenario();
         // Polls.
+        self.poll_others();
+        let mut left = Vec::new();
         let notices = &mut self.notices;
         for (drive, due) in self.drives.iter_mut().zip(&mut self.due) {
             if now >= *due {
+                let port = &drive.controller.port;
+                let (wire, was_on) = (port.wire(), port.protocol.is_on());
                 let (place, node, booted) = (drive.place(), drive.node(), drive.is_booting());
                 drive.poll(now, &mut |kind| {
                     notices.push(Notice {
                         at: now,
-                        place: Some(place),
+                        who: Some(Participant::Drive(place)),
                         node,
                         kind,
                     });
                 });
+                let port = &drive.controller.port;
+                if was_on && (wire != port.wire() || !port.protocol.is_on()) {
+                    left.push(wire);
+                }
                 *due = drive.next_poll();
                 let (own, common) = (drive.bit_rate(), self.gateway.bit_rate());
                 if booted && !drive.is_booting() && own != common {
                     notices.push(Notice {
                         at: now,
-                        place: Some(place),
+                        who: Some(Participant::Drive(place)),
                         node: drive.node(),
                         kind: NoticeKind::OtherBitRate {
                             drive: own,
@@ -312,12 +343,23 @@ impl Bus {
                     });
                 }
                 if let Some(bit_rate) = drive.take_changed_rate() {
+                    let wire = self.gateway.port.wire();
                     self.gateway.drive_changed(bit_rate, now);
-                    self.media.contend(self.gateway.bit_rate());
+                    if wire != self.gateway.port.wire() {
+                        left.push(wire);
+                    }
+                    self.media.contend(self.gateway.port.wire());
                 }
                 if drive.controller.contender().is_some() {
-                    self.media.contend(drive.bit_rate());
+                    self.media.contend(drive.controller.port.wire());
                 }
+            }
+        }
+        for wire in left {
+            // It may have been sending.
+            let n = self.media.number(wire);
+            if self.media.nth(n).carries_frame() {
+                self.go_into_bits(n);
             }
         }
         self.play_scenario();
@@ -331,128 +373,30 @@ impl Bus {
 
     /// Does what the scenario has for this instant.
     fn play_scenario(&mut self) {
-        let Some(runner) = &mut self.runner else {
+        let Some(mut runner) = self.runner.take() else {
             return;
         };
-        runner.look(&self.drives, self.now);
-        let mut world = World {
-            drives: &mut self.drives,
-            gateway: &mut self.gateway,
-            now: self.now,
-        };
-        let mut has_acted = false;
-        while let Some(doing) = runner.take_due(self.now) {
-            has_acted = true;
-            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
-                at: self.now,
-                place: None,
+        let at = self.now;
+        runner.look(&self.drives, at);
+        while let Some(doing) = runner.take_due(at) {
+            let words = doing.perform(self);
+            let notices = words.into_iter().map(|words| Notice {
+                at,
+                who: None,
                 node: None,
                 kind: NoticeKind::Scenario(words),
             });
             self.notices.extend(notices);
-        }
-        if has_acted {
             for (drive, due) in self.drives.iter().zip(&mut self.due) {
                 *due = drive.next_poll();
             }
         }
+        self.runner = Some(runner);
     }
 
-    /// The wire of that number is free: who gets it?
-    fn arbitrate(&mut self, n: usize) {
-        let medium = self.media.nth(n);
-        self.contenders.clear();
-        for drive in &self.drives {
-            if drive.bit_rate() == medium.bit_rate()
-                && let Some(frame) = drive.controller.contender()
-            {
-                self.contenders.push((Sender::Drive(drive.place()), frame));
-            }
-        }
-        medium.contended = !self.contenders.is_empty();
-        let is_ours = medium.bit_rate() == self.gateway.bit_rate();
-        if is_ours && let Some((client, frame)) = self.gateway.contender() {
-            self.contenders.push((Sender::Outside(client), frame));
-        }
-        let busy_ns = medium.arbitrate(self.now, &self.contenders);
-        if is_ours {
-            self.busy_ns += busy_ns;
-            self.gateway.sends |= medium.carries_outside();
-        }
-    }
-
-    fn deliver(&mut self, ended: &Ended) {
-        let now = self.now;
-        let (InFlight::Frame { senders, .. } | InFlight::Collision { senders }) = &ended.what;
-        if senders
-            .iter()
-            .any(|sender| matches!(sender, Sender::Outside(_)))
-        {
-            self.gateway.sends = false;
-        }
-        // Who has another bit rate, or had it when this began, notices nothing.
-        let follow = |drive: &VirtualDrive| drive.controller.follows(ended.bit_rate, ended.began);
-        let all = self.drives.iter_mut().zip(&mut self.due);
-        let hearers = all.filter(|(drive, _)| follow(drive));
-        match &ended.what {
-            InFlight::Frame { frame, senders } => {
-                if let Some(runner) = &mut self.runner {
-                    runner.see(frame, senders, now);
-                }
-                for (drive, due) in hearers {
-                    if senders.contains(&Sender::Drive(drive.place())) {
-                        drive.errors.transmitted();
-                        drive.controller.sent(*frame);
-                        drive.fill_mailboxes();
-                        if drive.controller.contender().is_some() {
-                            self.media.contend(ended.bit_rate);
-                        }
-                    } else {
-                        drive.errors.received();
-                        drive.hear(*frame, now);
-                    }
-                    *due = drive.next_poll();
-                }
-                for sender in senders {
-                    if let Sender::Outside(client) = sender {
-                        self.gateway.sent(*client);
-                    }
-                }
-                if self.gateway.follows(ended.bit_rate, ended.began)
-                    && let Some(sender) = senders.first()
-                {
-                    self.traffic.push(Traffic {
-                        at: now,
-                        frame: *frame,
-                        sender: *sender,
-                        copies: self.gateway.copies(*sender),
-                    });
-                }
-            }
-            InFlight::Collision { senders } => {
-                for (drive, due) in hearers {
-                    if !senders.contains(&Sender::Drive(drive.place())) {
-                        drive.errors.count(Counted::Receive);
-                        *due = drive.next_poll();
-                        continue;
-                    }
-                    drive.errors.count(Counted::Transmit);
-                    if drive.errors.is_bus_off() {
-                        let bits = RECOVERY_BITS * ended.bit_rate.bit_ns();
-                        drive.off_until = Some(now.plus_ns(bits));
-                        drive.controller.clear();
-                        self.notices.push(Notice {
-                            at: now,
-                            place: Some(drive.place()),
-                            node: drive.node(),
-                            kind: NoticeKind::BusOff,
-                        });
-                    }
-                    *due = drive.next_poll();
-                }
-                self.media.contend(ended.bit_rate);
-            }
-        }
+    /// Keeps SYNC messages of outside programs from the bus, or lets them pass.
+    pub(crate) fn hold_sync(&mut self, held: bool) {
+        self.gateway.hold_sync(held);
     }
 
     fn sample(&mut self) {
