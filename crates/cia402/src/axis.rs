@@ -1,18 +1,18 @@
 //! One drive function: the state machine, the mode in force and what they demand.
 
-use crate::arithmetic::{measured, within};
+mod braking;
+mod present;
+mod status;
+
+use crate::arithmetic::measured;
 use crate::conditions::Watch;
-use crate::modes::{BUFFER_SIZE, Bits, Homing, Inputs, Limited, Motion};
+use crate::modes::{BUFFER_SIZE, Homing, Inputs, Motion};
 use crate::option_code::{Braking, QuickStopCode};
-use crate::path::Present;
 use crate::stop::Stop;
 use crate::{
-    Actual, Command, Conditions, Configuration, Controlword, Demand, Dialect, HomingError, Mode,
-    ModeRefused, ModeSet, Outcome, State, Statusword, Target, Targets, Trigger,
+    Actual, Command, Configuration, Controlword, Demand, Dialect, HomingError, Mode, ModeRefused,
+    ModeSet, Outcome, State, Target, Targets, Trigger,
 };
-
-/// The motor is freed if a reaction to a fault has not brought it to rest by then, ms.
-const REACTION_LIMIT_MS: u16 = 10_000;
 
 /// One drive function.
 ///
@@ -302,65 +302,6 @@ impl Axis {
         }
     }
 
-    /// A fault was noticed after which the motor cannot be controlled: transition 13. The motor is
-    /// free at once, also in the midst of a reaction to another fault; transition 14 follows with
-    /// the next tick.
-    pub fn fault(&mut self) {
-        if self.state != State::Fault {
-            self.leave();
-            self.state = State::FaultReactionActive;
-        }
-    }
-
-    /// A fault was noticed with which the motor can still be braked: transition 13, and the
-    /// reaction that 0x605E asks for. Transition 14 follows at rest, after 10 s at the latest.
-    pub fn fault_reaction(
-        &mut self,
-        configuration: &Configuration,
-        targets: &Targets,
-        actual: &Actual,
-    ) {
-        if matches!(self.state, State::FaultReactionActive | State::Fault) {
-            return;
-        }
-        let braking = Braking::of_fault(configuration);
-        match braking.filter(|_| self.dialect.ramps_on_stop) {
-            Some(braking) if self.can_brake() => {
-                let inputs = self.inputs(configuration, targets, actual);
-                self.leave_motion();
-                self.begin_stop(self.braked(braking, &inputs));
-                self.state = State::FaultReactionActive;
-            }
-            _ => self.fault(),
-        }
-    }
-
-    /// The connection to the master was lost: 0x6007 says what follows, if the axis is under power.
-    /// Whether it is a fault; the owner then calls [`Axis::fault_reaction`].
-    pub fn connection_lost(
-        &mut self,
-        configuration: &Configuration,
-        targets: &Targets,
-        actual: &Actual,
-    ) -> bool {
-        if !self.is_powered() {
-            return false;
-        }
-        let command = match configuration.abort_connection_option {
-            1 => return true,
-            2 => Command::DisableVoltage,
-            3 => Command::QuickStop,
-            _ => return false,
-        };
-        let code = QuickStopCode::of(configuration);
-        let state = self.state.after(command, code.stays());
-        if state != self.state {
-            let inputs = self.inputs(configuration, targets, actual);
-            self.go(state, code, &inputs);
-        }
-        false
-    }
-
     /// One millisecond has passed.
     pub fn tick(&mut self, configuration: &Configuration, targets: &Targets, actual: &Actual) {
         self.observe(actual);
@@ -405,7 +346,7 @@ impl Axis {
                 let demand = self.stop.as_mut().map(|stop| stop.tick(&inputs));
                 let ended = self.stop.as_ref().is_none_or(Stop::stopped);
                 match demand {
-                    Some(demand) if !ended && self.reaction_ms < REACTION_LIMIT_MS => {
+                    Some(demand) if !ended && self.reaction_ms < braking::REACTION_LIMIT_MS => {
                         self.put(demand);
                     }
                     _ => {
@@ -459,55 +400,6 @@ impl Axis {
         self.controlword
     }
 
-    /// The value of 0x6041.
-    pub fn statusword(&self) -> Statusword {
-        let flag = |bit: u16, on: bool| if on { bit } else { 0 };
-        let bits = match (self.state, &self.stop) {
-            (State::OperationEnabled, None) => self.motion.generator().bits(),
-            // CiA 402: halted, bit 10 says that the axis stands.
-            (State::OperationEnabled, Some(_)) => Bits {
-                target_reached: self.halted,
-                ..self.motion.generator().bits()
-            },
-            // CiA 402: with codes 5 to 8, at rest.
-            (State::QuickStopActive, Some(stop)) => Bits {
-                target_reached: stop.stopped(),
-                specific: false,
-            },
-            _ => Bits::default(),
-        };
-        let following = self.state == State::OperationEnabled
-            && matches!(self.mode, Mode::PROFILE_POSITION | Mode::CYCLIC_POSITION)
-            && self.watch.following();
-        let homing_failed = self.state == State::OperationEnabled && self.homing_error().is_some();
-        Statusword(
-            self.state.pattern()
-                | flag(Statusword::VOLTAGE, self.voltage)
-                | flag(Statusword::WARNING, self.warning)
-                | flag(Statusword::REMOTE, self.dialect.remote_bit)
-                | flag(Statusword::TARGET_REACHED, bits.target_reached)
-                | flag(Statusword::INTERNAL_LIMIT, self.conditions().limited())
-                | flag(Statusword::MODE_12, bits.specific)
-                | flag(Statusword::MODE_13, following || homing_failed),
-        )
-    }
-
-    /// What the axis notices at present.
-    pub fn conditions(&self) -> Conditions {
-        let limited = match self.state {
-            State::OperationEnabled if self.stop.is_none() => self.motion.generator().limited(),
-            _ => Limited::default(),
-        };
-        let limits = Limited {
-            torque: limited.torque || (self.is_powered() && self.limited),
-            ..limited
-        };
-        Conditions {
-            homing_failed: self.homing_error().is_some(),
-            ..self.watch.conditions(limits)
-        }
-    }
-
     /// Takes note of what the statusword shows.
     fn observe(&mut self, actual: &Actual) {
         self.voltage = actual.voltage;
@@ -527,129 +419,6 @@ impl Axis {
             actual,
             present: self.present(configuration, actual),
             mode: self.mode,
-        }
-    }
-
-    /// Where the axis stands: the demand where there is one, else the motor.
-    fn present(&self, configuration: &Configuration, actual: &Actual) -> Present {
-        let velocity = measured(actual.velocity);
-        let motor = Present {
-            position: actual.position,
-            fraction: 0.0,
-            velocity: if configuration.stands(velocity) {
-                0.0
-            } else {
-                velocity
-            },
-            acceleration: 0.0,
-            torque_pm: measured(actual.torque_pm),
-            torque_is_demand: false,
-            angle: actual.electrical_angle,
-            left_ns: 0,
-        };
-        // A demand not yet taken is not yet in the control half's answers.
-        let start = self.demand.at(0);
-        let either = |own: f32, told: f32| measured(if self.fresh { own } else { told });
-        let slope = |rate: f32, duration_ns: u32| {
-            if duration_ns > 0 { measured(rate) } else { 0.0 }
-        };
-        let demand_velocity = either(start.velocity, actual.demand_velocity);
-        match self.demand {
-            Demand::Off => Present {
-                velocity: 0.0,
-                torque_pm: 0.0,
-                ..motor
-            },
-            Demand::Idle => Present {
-                torque_pm: 0.0,
-                ..motor
-            },
-            Demand::Torque { .. } => Present {
-                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
-                torque_is_demand: true,
-                ..motor
-            },
-            Demand::TorqueWithAngle { angle, .. } => Present {
-                torque_pm: either(start.torque_pm, actual.demand_torque_pm),
-                angle,
-                left_ns: match (self.fresh, self.demand) {
-                    (true, Demand::TorqueWithAngle { duration_ns, .. }) => duration_ns,
-                    _ => actual.demand_left_ns,
-                },
-                ..motor
-            },
-            Demand::PhaseVoltage { angle, .. } => Present { angle, ..motor },
-            Demand::Velocity {
-                acceleration,
-                duration_ns,
-                ..
-            } => Present {
-                velocity: demand_velocity,
-                acceleration: slope(acceleration, duration_ns),
-                ..motor
-            },
-            Demand::Position {
-                acceleration,
-                duration_ns,
-                ..
-            } => Present {
-                position: if self.fresh {
-                    start.position
-                } else {
-                    actual.demand_position
-                },
-                fraction: within(either(start.fraction, actual.demand_fraction), 0.0, 1.0),
-                velocity: demand_velocity,
-                acceleration: slope(acceleration, duration_ns),
-                left_ns: if self.fresh { 0 } else { actual.demand_left_ns },
-                ..motor
-            },
-        }
-    }
-
-    /// A command leads to another state, at once or at the end of a ramp.
-    fn go(&mut self, state: State, code: QuickStopCode, inputs: &Inputs<'_>) {
-        let ramps = self.dialect.ramps_on_stop
-            && match state {
-                State::SwitchedOn => inputs.configuration.disable_option != 0,
-                State::ReadyToSwitchOn => inputs.configuration.shutdown_option == 1,
-                _ => false,
-            };
-        let moving = inputs.present.velocity != 0.0;
-        if self.state != State::OperationEnabled || !ramps || !moving || !self.can_brake() {
-            self.enter(state, code, inputs);
-        } else if self.leaving.replace(state).is_none() {
-            self.begin_stop(self.braked(Braking::SlowDownRamp, inputs));
-        }
-    }
-
-    /// Whether the controllers hold the motor: not without torque, and not in a frame that the
-    /// master turns, where the drive may not know the rotor yet.
-    fn can_brake(&self) -> bool {
-        !matches!(
-            self.demand,
-            Demand::Off
-                | Demand::Idle
-                | Demand::TorqueWithAngle { .. }
-                | Demand::PhaseVoltage { .. }
-        )
-    }
-
-    /// Operation enabled is not left after all.
-    fn stay(&mut self, inputs: &Inputs<'_>) {
-        self.leaving = None;
-        self.stop = None;
-        let motion = self.motion.generator_mut();
-        motion.resume(inputs);
-        let demand = motion.begin();
-        self.put(demand);
-    }
-
-    /// To rest from any motion.
-    fn braked(&self, braking: Braking, inputs: &Inputs<'_>) -> Stop {
-        match self.demand {
-            Demand::Position { .. } => Stop::by_position(braking, inputs),
-            _ => Stop::by_velocity(braking, inputs),
         }
     }
 
