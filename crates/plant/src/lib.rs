@@ -13,8 +13,7 @@
 //! bridge open, [`diodes`]) → torque → [`Mechanics`] → [`Sensors`]; [`Plant`] ties them together.
 //! [`Motor`] and [`Parameters`] hold the numbers.
 //!
-//! Not modelled yet: cogging, saliency, elastic loads, ripple of the currents within a PWM
-//! period.
+//! Not modelled: saliency, saturation, ripple of the currents within a PWM period.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -28,6 +27,7 @@
 
 mod body;
 pub mod diodes;
+mod elastic;
 mod encoder;
 mod exponential;
 mod inverter;
@@ -37,6 +37,7 @@ mod motor;
 mod noise;
 mod parameters;
 mod plant;
+mod ripple;
 mod sensors;
 mod spread;
 mod stops;
@@ -49,11 +50,12 @@ mod wiring;
 
 pub use encoder::{Encoder, EncoderFault, field_at};
 pub use inverter::{Bridge, Inverter};
-pub use load::{Load, Stops};
+pub use load::{Coupling, Load, Pendulum, Stops};
 pub use mechanics::Mechanics;
 pub use motor::{EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
-pub use parameters::{FULL_P3, Invalid, Parameters, VIRTUAL_P3};
+pub use parameters::{COMPLETE_P3, FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
+pub use ripple::Cogging;
 pub use sensors::{CurrentSensors, Sensed, Sensors};
 pub use spread::Spread;
 pub use supply::{Link, LogicSupply, Supply};

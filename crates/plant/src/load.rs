@@ -2,7 +2,8 @@
 
 use crate::Invalid;
 
-/// The load; all figures at the motor's shaft. It is part of the rotor.
+/// The load; all figures at the motor's shaft. With a [`Coupling`] it turns on its own behind a
+/// spring; without one it is part of the rotor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// Inertia, kg m².
@@ -11,8 +12,36 @@ pub struct Load {
     pub coulomb_friction_nm: f64,
     /// Friction torque per speed, Nm s/rad.
     pub viscous_friction_nms: f64,
+    /// An elastic shaft between rotor and load; `None`: rigid.
+    pub coupling: Option<Coupling>,
+    /// A weight that turns with the load; `None`: balanced.
+    pub pendulum: Option<Pendulum>,
     /// The ends of the load's way; `None`: it turns for ever.
     pub stops: Option<Stops>,
+}
+
+/// A shaft that twists, with a damper beside its spring and play at its end.
+///
+/// The spring is held below the stiffness at which the two masses would swing faster than once in
+/// twelve PWM periods, which no steps of a PWM period could follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Torque per twist, Nm/rad.
+    pub stiffness_nm_per_rad: f64,
+    /// Torque per difference of speed, Nm s/rad. Within the play it does not act.
+    pub damping_nms: f64,
+    /// Twist from one flank to the other in which the load is free, rad.
+    pub backlash_rad: f64,
+}
+
+/// An unbalanced load in the field of gravity: it opposes positive rotation by `torque_nm` ·
+/// sin(position - hanging).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pendulum {
+    /// Torque when it is horizontal, Nm.
+    pub torque_nm: f64,
+    /// Position at which it hangs straight down, turns.
+    pub hanging_turns: f64,
 }
 
 /// Hard stops: springs with dampers that only push. They act upon the load.
@@ -57,6 +86,8 @@ impl Load {
         inertia_kgm2: 0.0,
         coulomb_friction_nm: 0.0,
         viscous_friction_nms: 0.0,
+        coupling: None,
+        pendulum: None,
         stops: None,
     };
 
@@ -65,6 +96,27 @@ impl Load {
     pub(crate) fn check(&self, start_turns: f64) -> Result<(), Invalid> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        if let Some(coupling) = &self.coupling {
+            if !positive(coupling.stiffness_nm_per_rad) {
+                return Err(Invalid::Coupling(coupling.stiffness_nm_per_rad));
+            }
+            for value in [coupling.damping_nms, coupling.backlash_rad] {
+                if !not_negative(value) {
+                    return Err(Invalid::Coupling(value));
+                }
+            }
+            if !positive(self.inertia_kgm2) {
+                return Err(Invalid::Inertia(self.inertia_kgm2));
+            }
+        }
+        if let Some(pendulum) = &self.pendulum {
+            if !pendulum.torque_nm.is_finite() {
+                return Err(Invalid::Pendulum(pendulum.torque_nm));
+            }
+            if !(-MAX_TURNS..=MAX_TURNS).contains(&pendulum.hanging_turns) {
+                return Err(Invalid::Pendulum(pendulum.hanging_turns));
+            }
+        }
         if let Some(stops) = &self.stops {
             let starts_between = stops.lowest_turns <= start_turns
                 && start_turns <= stops.highest_turns

@@ -4,7 +4,9 @@ use control::{Mask, Real};
 
 use crate::Motor;
 use crate::body::{Body, Figures};
+use crate::elastic::Elastic;
 use crate::load::Load;
+use crate::ripple::Ripple;
 use crate::stops::Contact;
 
 /// Speed and position of the shaft.
@@ -26,19 +28,46 @@ use crate::stops::Contact;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mechanics<R: Real> {
     rotor: Body<R>,
+    elastic: Option<Elastic<R>>,
+    cogging: Option<Ripple<R>>,
+    pendulum: Option<Ripple<R>>,
     stops: Option<Contact<R>>,
     load_torque: R,
     blocked: R::Mask,
 }
 
-/// Rotor and rigid load as one piece.
-fn rigid(motor: &Motor, load: &Load) -> Figures {
-    Figures {
-        inertia: motor.rotor_inertia_kgm2 + load.inertia_kgm2,
-        viscous: motor.viscous_friction_nms + load.viscous_friction_nms,
-        coulomb: motor.coulomb_friction_nm + load.coulomb_friction_nm,
-        breakaway: motor.static_friction_nm + load.coulomb_friction_nm,
+/// The motor's rotor, with what is fixed to it, and a load that turns on its own.
+fn masses(motor: &Motor, load: &Load) -> (Figures, Figures) {
+    let behind = Figures {
+        inertia: load.inertia_kgm2,
+        viscous: load.viscous_friction_nms,
+        coulomb: load.coulomb_friction_nm,
+        breakaway: load.coulomb_friction_nm,
+    };
+    let mut rotor = Figures {
+        inertia: motor.rotor_inertia_kgm2,
+        viscous: motor.viscous_friction_nms,
+        coulomb: motor.coulomb_friction_nm,
+        breakaway: motor.static_friction_nm,
+    };
+    if load.coupling.is_none() {
+        rotor.inertia += behind.inertia;
+        rotor.viscous += behind.viscous;
+        rotor.coulomb += behind.coulomb;
+        rotor.breakaway += behind.breakaway;
     }
+    (rotor, behind)
+}
+
+/// The stops, in terms of what strikes them.
+fn contact<R: Real>(load: &Load, masses: &(Figures, Figures), period_s: f64) -> Option<Contact<R>> {
+    let (rotor, behind) = masses;
+    let strikes = match load.coupling {
+        Some(_) => behind.inertia,
+        None => rotor.inertia,
+    };
+    let stops = load.stops.as_ref()?;
+    Some(Contact::new(stops, strikes, period_s))
 }
 
 /// Half a radian of electrical angle per period, rad/s of the shaft.
@@ -49,11 +78,16 @@ fn speed_limit(motor: &Motor, period_s: f64) -> f64 {
 impl<R: Real> Mechanics<R> {
     /// A shaft at rest at angle zero, free and without load torque.
     pub fn new(motor: &Motor, load: &Load, period_s: f64) -> Self {
-        let figures = rigid(motor, load);
-        let contact = |stops| Contact::new(stops, figures.inertia, period_s);
+        let masses = masses(motor, load);
+        let (rotor, behind) = &masses;
+        let limit = speed_limit(motor, period_s);
+        let elastic = |coupling| Elastic::new(coupling, rotor, behind, limit, period_s);
         Self {
-            rotor: Body::new(&figures, speed_limit(motor, period_s), period_s),
-            stops: load.stops.as_ref().map(contact),
+            rotor: Body::new(rotor, limit, period_s),
+            elastic: load.coupling.as_ref().map(elastic),
+            cogging: Ripple::of_cogging(&motor.cogging),
+            pendulum: load.pendulum.as_ref().and_then(Ripple::of_pendulum),
+            stops: contact(load, &masses, period_s),
             load_torque: R::splat(0.0),
             blocked: R::Mask::splat(false),
         }
@@ -61,11 +95,14 @@ impl<R: Real> Mechanics<R> {
 
     /// Changes the PWM period, keeping the motion.
     pub fn set_period_s(&mut self, motor: &Motor, load: &Load, period_s: f64) {
-        let figures = rigid(motor, load);
-        let contact = |stops| Contact::new(stops, figures.inertia, period_s);
-        self.rotor
-            .set_figures(&figures, speed_limit(motor, period_s), period_s);
-        self.stops = load.stops.as_ref().map(contact);
+        let masses = masses(motor, load);
+        let (rotor, behind) = &masses;
+        let limit = speed_limit(motor, period_s);
+        self.rotor.set_figures(rotor, limit, period_s);
+        if let (Some(elastic), Some(coupling)) = (&mut self.elastic, &load.coupling) {
+            elastic.set_period_s(coupling, rotor, behind, limit, period_s);
+        }
+        self.stops = contact(load, &masses, period_s);
     }
 
     /// Sets the torque of the load, Nm; positive opposes positive rotation, like a hoisted weight.
@@ -75,25 +112,31 @@ impl<R: Real> Mechanics<R> {
         self.load_torque = defined.within(R::splat(1e9));
     }
 
-    /// Blocks the shaft where it is, or frees it. A blocked shaft stops at once, whatever its
-    /// energy.
+    /// Blocks the motor's shaft where it is, or frees it. A blocked shaft stops at once, whatever its
+    /// energy. A load behind a coupling goes on, as far as that lets it.
     pub fn set_blocked(&mut self, blocked: R::Mask) {
         self.blocked = blocked;
         self.rotor.stop(blocked);
     }
 
-    /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed in rad/s. A blocked shaft
+    /// Puts shaft and load at an angle (2³² per turn, turn zero) with a speed in rad/s. A blocked shaft
     /// takes the angle alone; an undefined speed counts as none.
     pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
-        self.rotor.set_position(angle, R::count(0));
+        self.set_position(angle, R::count(0));
         self.rotor.set_speed(speed_rad_s);
         self.rotor.stop(self.blocked);
+        if let Some(elastic) = &mut self.elastic {
+            elastic.load.set_speed(speed_rad_s);
+        }
     }
 
-    /// Puts the shaft, with the speed that it has, at a position: angle (2³² per turn) and whole
-    /// turns as [`Mechanics::turns`] counts them.
+    /// Puts shaft and load, with the speed that they have, at a position: angle (2³² per turn) and
+    /// whole turns as [`Mechanics::turns`] counts them.
     pub fn set_position(&mut self, angle: R::Count, turns: R::Count) {
         self.rotor.set_position(angle, turns);
+        if let Some(elastic) = &mut self.elastic {
+            elastic.load.set_position(angle, turns);
+        }
     }
 
     /// Speed during the coming period, rad/s.
@@ -120,20 +163,62 @@ impl<R: Real> Mechanics<R> {
         self.rotor.turns()
     }
 
-    /// Turns the shaft by one period at its present speed.
+    /// What carries the load: a mass of its own, or the rotor.
+    fn carrier(&self) -> &Body<R> {
+        self.elastic
+            .as_ref()
+            .map_or(&self.rotor, |elastic| &elastic.load)
+    }
+
+    /// The load's angle, as [`Mechanics::angle`]; the same as that without a coupling.
+    pub fn load_angle(&self) -> R::Count {
+        self.carrier().angle()
+    }
+
+    /// The load's whole turns.
+    pub fn load_turns(&self) -> R::Count {
+        self.carrier().turns()
+    }
+
+    /// The load's speed now, rad/s.
+    pub fn load_speed_rad_s(&self) -> R {
+        self.carrier().speed()
+    }
+
+    /// Turns shaft and load by one period at their present speeds.
     #[inline(always)]
     pub fn turn(&mut self) {
         self.rotor.turn();
+        if let Some(elastic) = &mut self.elastic {
+            elastic.load.turn();
+        }
     }
 
     /// Changes the speed by one period of the motor's torque, Nm, against load and friction.
     #[inline(always)]
     pub fn accelerate(&mut self, motor_torque_nm: R) {
         let mut driving = motor_torque_nm;
-        if let Some(stops) = &self.stops {
-            driving = driving + stops.torque(&self.rotor, driving - self.load_torque);
+        if let Some(cogging) = &self.cogging {
+            driving -= cogging.opposing(self.rotor.angle());
         }
-        self.rotor
-            .accelerate(driving, self.load_torque, self.blocked);
+        let mut opposing = self.load_torque;
+        if let Some(pendulum) = &self.pendulum {
+            opposing += pendulum.opposing(self.carrier().angle());
+        }
+        let Some(elastic) = &mut self.elastic else {
+            if let Some(stops) = &self.stops {
+                driving += stops.torque(&self.rotor);
+            }
+            self.rotor.accelerate(driving, opposing, self.blocked);
+            return;
+        };
+        let passed = elastic.torque(&self.rotor);
+        let mut pushing = passed;
+        if let Some(stops) = &self.stops {
+            pushing += stops.torque(&elastic.load);
+        }
+        let free = R::Mask::splat(false);
+        elastic.load.accelerate(pushing, opposing, free);
+        self.rotor.accelerate(driving, passed, self.blocked);
     }
 }

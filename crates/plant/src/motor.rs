@@ -1,6 +1,6 @@
 //! The motor's numbers.
 
-use crate::MotorThermal;
+use crate::{Cogging, MotorThermal};
 
 /// A permanent-magnet synchronous motor with sinusoidal EMF and no saliency (Ld = Lq).
 ///
@@ -32,6 +32,8 @@ pub struct Motor {
     pub static_friction_nm: f64,
     /// Friction torque per speed, Nm s/rad.
     pub viscous_friction_nms: f64,
+    /// Torque that depends on the angle alone.
+    pub cogging: Cogging,
     /// Wires B and C are exchanged: the motor's phase B hangs on the bridge's C, and the other way
     /// round. The magnet then turns against the bridge's order of phases.
     pub wires_swapped: bool,
@@ -90,7 +92,8 @@ const SQRT_3: f64 = 1.732_050_807_568_877_2;
 ///
 /// Friction: 64 mA · 34.8 mNm/A = 2.227 mNm at 12,900 rpm (1350.9 rad/s). The split is our choice:
 /// 1.2 mNm Coulomb (bearings and hysteresis, a little over half) and the rest viscous, 0.7604
-/// µNm s/rad (eddy currents and windage). No stick-slip: static equals Coulomb friction.
+/// µNm s/rad (eddy currents and windage). No stick-slip: static equals Coulomb friction. The winding is
+/// ironless, so there is no cogging.
 pub const EC_MAX_22_283860: Motor = Motor {
     pole_pairs: 1,
     phase_resistance_ohm: 13.1 / 2.0,
@@ -100,6 +103,7 @@ pub const EC_MAX_22_283860: Motor = Motor {
     coulomb_friction_nm: 1.2e-3,
     static_friction_nm: 1.2e-3,
     viscous_friction_nms: (0.064 * 34.8e-3 - 1.2e-3) / (12_900.0 * core::f64::consts::TAU / 60.0),
+    cogging: Cogging::NONE,
     wires_swapped: false,
 };
 

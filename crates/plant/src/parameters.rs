@@ -4,8 +4,9 @@ use control::io::Scales;
 
 use crate::load::MAX_TURNS;
 use crate::{
-    AmplifierThermal, Bridge, CurrentSensors, EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Encoder,
-    Link, Load, LogicSupply, Motor, Switches, Thermal,
+    AmplifierThermal, Bridge, Cogging, Coupling, CurrentSensors, EC_MAX_22_283860,
+    EC_MAX_22_283860_THERMAL, Encoder, Link, Load, LogicSupply, Motor, Pendulum, Stops, Switch,
+    Switches, Thermal,
 };
 
 /// The parameters of a [`crate::Plant`].
@@ -123,6 +124,46 @@ pub const FULL_P3: Parameters = Parameters {
     ..VIRTUAL_P3
 };
 
+/// [`FULL_P3`] with every effect of the mechanical side too: a motor that cogs, and behind an elastic
+/// shaft with play a load with friction and a weight, between stops that are a million turns away,
+/// with all three switches.
+pub const COMPLETE_P3: Parameters = Parameters {
+    motor: Motor {
+        static_friction_nm: 1.4e-3,
+        cogging: Cogging {
+            torque_nm: 0.3e-3,
+            periods_per_turn: 12,
+            rest_turns: 0.02,
+        },
+        ..EC_MAX_22_283860
+    },
+    load: Load {
+        inertia_kgm2: 1e-6,
+        coulomb_friction_nm: 0.5e-3,
+        viscous_friction_nms: 0.2e-6,
+        coupling: Some(Coupling {
+            stiffness_nm_per_rad: 2.0,
+            damping_nms: 50e-6,
+            backlash_rad: 2e-3,
+        }),
+        pendulum: Some(Pendulum {
+            torque_nm: 0.5e-3,
+            hanging_turns: 0.3,
+        }),
+        stops: Some(Stops::between(-1e6, 1e6)),
+    },
+    switches: Switches {
+        negative_limit: Some(Switch::below(-0.9e6)),
+        positive_limit: Some(Switch::above(0.9e6)),
+        home: Some(Switch {
+            hysteresis_turns: 0.002,
+            bounce_s: 0.5e-3,
+            ..Switch::between(0.1, 0.2)
+        }),
+    },
+    ..FULL_P3
+};
+
 impl Default for Parameters {
     /// [`VIRTUAL_P3`].
     fn default() -> Self {
@@ -147,6 +188,12 @@ pub enum Invalid {
     Friction(f64),
     /// `start_turns` is beyond 2³⁰ turns.
     Start(f64),
+    /// A figure of `motor.cogging` is negative, infinite or undefined, or it has no periods.
+    Cogging(f64),
+    /// A figure of `load.coupling` is negative or undefined, or its stiffness zero.
+    Coupling(f64),
+    /// A figure of `load.pendulum` is infinite or undefined.
+    Pendulum(f64),
     /// `load.stops` are not apart, or `start_turns` is not between them. Carries the stops, turns.
     Stops(f64, f64),
     /// A switch ends before it begins, or its hysteresis or bounce is negative or beyond reason.
@@ -221,6 +268,7 @@ impl Parameters {
         if !(-MAX_TURNS..=MAX_TURNS).contains(&self.start_turns) {
             return Err(Invalid::Start(self.start_turns));
         }
+        motor.cogging.check()?;
         load.check(self.start_turns)?;
         self.switches.check()?;
         if let Some(thermal) = &self.thermal {
@@ -268,11 +316,13 @@ impl Parameters {
 
 #[cfg(test)]
 mod tests {
-    use super::{Invalid, VIRTUAL_P3};
+    use super::{COMPLETE_P3, FULL_P3, Invalid, VIRTUAL_P3};
 
     #[test]
     fn the_first_bad_parameter_is_named() {
-        assert_eq!(VIRTUAL_P3.check(), Ok(()));
+        for possible in [VIRTUAL_P3, FULL_P3, COMPLETE_P3] {
+            assert_eq!(possible.check(), Ok(()));
+        }
         let mut bad = VIRTUAL_P3;
         bad.scales.voltage_v = 0.0;
         assert_eq!(bad.check(), Err(Invalid::Scale(0.0)));

@@ -9,8 +9,8 @@ use crate::switches::{Board, SwitchName};
 use crate::thermal::Heat;
 use crate::wiring::Wiring;
 use crate::{
-    EncoderFault, Inverter, Link, Mechanics, Parameters, Phase, Sensed, Sensors, Short, Supply,
-    Vector, Winding,
+    EncoderFault, Inverter, Link, Load, Mechanics, Parameters, Phase, Sensed, Sensors, Short,
+    Supply, Vector, Winding,
 };
 
 /// The world of one drive (or of a batch).
@@ -73,6 +73,12 @@ pub struct Truth<R: Real> {
     pub turns: R::Count,
     /// Speed of the shaft, rad/s.
     pub speed_rad_s: R,
+    /// Angle of the load; that of the shaft without a [`crate::Coupling`].
+    pub load_angle: R::Count,
+    /// Whole turns of the load.
+    pub load_turns: R::Count,
+    /// Speed of the load, rad/s.
+    pub load_speed_rad_s: R,
     /// Current into phases A, B, C, A.
     pub phase_current_a: [R; 3],
     /// Electromotive force of phases A, B, C, V.
@@ -100,6 +106,11 @@ pub struct Truth<R: Real> {
 }
 
 impl Truth<f32> {
+    /// Position of the load, turns.
+    pub fn load_position_turns(&self) -> f64 {
+        f64::from(self.load_turns) + f64::from(self.load_angle) / 4_294_967_296.0
+    }
+
     /// Position of the shaft, turns.
     pub fn position_turns(&self) -> f64 {
         f64::from(self.turns) + f64::from(self.angle) / 4_294_967_296.0
@@ -333,6 +344,9 @@ impl<R: Real> Plant<R> {
             angle: self.mechanics.angle(),
             turns: self.mechanics.turns(),
             speed_rad_s: speed,
+            load_angle: self.mechanics.load_angle(),
+            load_turns: self.mechanics.load_turns(),
+            load_speed_rad_s: self.mechanics.load_speed_rad_s(),
             phase_current_a: self.current.phases(),
             phase_emf_v: self.winding.emf_v(self.rotor, speed).phases(),
             torque_nm: self.torque,
@@ -416,12 +430,19 @@ impl<R: Real> Plant<R> {
         self.mechanics.set_load_torque_nm(torque_nm);
     }
 
+    /// Changes what hangs on the shaft, which keeps its position and speed.
+    pub fn set_load(&mut self, load: &Load) {
+        self.parameters.load = *load;
+        let (motor, period_s) = (&self.parameters.motor, self.parameters.pwm_period_s);
+        self.mechanics.set_period_s(motor, load, period_s);
+    }
+
     /// Blocks the shaft where it is, or frees it.
     pub fn set_blocked(&mut self, blocked: R::Mask) {
         self.mechanics.set_blocked(blocked);
     }
 
-    /// Puts the shaft at an angle (2³² per turn, turn zero) with a speed, rad/s.
+    /// Puts shaft and load at an angle (2³² per turn, turn zero) with a speed, rad/s.
     pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
         self.mechanics.set_motion(angle, speed_rad_s);
         self.align_rotor();
@@ -532,7 +553,7 @@ impl Plant<f32> {
     /// What the board says beside the sample. To be asked at every control boundary: switches with
     /// hysteresis, and those that bounce, remember what they were.
     pub fn signals(&mut self) -> Signals {
-        let way = way(self.mechanics.angle(), self.mechanics.turns());
+        let way = way(self.mechanics.load_angle(), self.mechanics.load_turns());
         Signals {
             motor_temperature_adc: self.sensors.motor_temperature_adc(self.heat.winding()),
             magnet: self.sensors.magnet(),

@@ -24,10 +24,19 @@ pub struct Spread {
     pub friction: f64,
     /// Share of the motors whose wires B and C are exchanged.
     pub wires_swapped: f64,
+    /// Cogging torque, relative.
+    pub cogging: f64,
+    /// Cogging torque, Nm more than nominal, with the nominal periods; its rests are then anywhere.
+    pub cogging_nm: f64,
     /// Inertia of the load, relative.
     pub load_inertia: f64,
     /// Friction of the load, relative; Coulomb and viscous each on its own.
     pub load_friction: f64,
+    /// Stiffness, damping and backlash of the coupling, and the weight of the load, relative, each on
+    /// its own.
+    pub coupling: f64,
+    /// Position of the switches, turns to either side, each on its own.
+    pub switch_turns: f64,
     /// Position of the shaft at the start, turns to either side.
     pub start_turns: f64,
     /// Voltage of the supply, relative.
@@ -103,6 +112,16 @@ enum Figure {
     HousingTime = 35,
     AmplifierResistance = 36,
     AmplifierTime = 37,
+    Cogging = 38,
+    CoggingMore = 39,
+    CoggingRest = 40,
+    Stiffness = 41,
+    Damping = 42,
+    Backlash = 43,
+    Pendulum = 44,
+    NegativeLimit = 45,
+    PositiveLimit = 46,
+    Home = 47,
 }
 
 impl Spread {
@@ -114,8 +133,12 @@ impl Spread {
         rotor_inertia: 0.0,
         friction: 0.0,
         wires_swapped: 0.0,
+        cogging: 0.0,
+        cogging_nm: 0.0,
         load_inertia: 0.0,
         load_friction: 0.0,
+        coupling: 0.0,
+        switch_turns: 0.0,
         start_turns: 0.0,
         supply: 0.0,
         diode_drop: 0.0,
@@ -144,8 +167,12 @@ impl Spread {
         rotor_inertia: 0.1,
         friction: 0.5,
         wires_swapped: 0.5,
+        cogging: 0.3,
+        cogging_nm: 0.0,
         load_inertia: 0.2,
         load_friction: 0.5,
+        coupling: 0.2,
+        switch_turns: 0.01,
         start_turns: 0.5,
         supply: 0.05,
         diode_drop: 0.1,
@@ -175,6 +202,8 @@ impl Spread {
             self.friction,
             self.load_inertia,
             self.load_friction,
+            self.cogging,
+            self.coupling,
             self.supply,
             self.diode_drop,
             self.current_gain,
@@ -184,6 +213,8 @@ impl Spread {
         let shares = [self.wires_swapped, self.encoder_reversed];
         let absolute = [
             self.start_turns,
+            self.cogging_nm,
+            self.switch_turns,
             self.encoder_zero_turns,
             self.current_zero_counts,
             self.current_noise_counts,
@@ -247,6 +278,13 @@ impl Spread {
         );
         motor.wires_swapped ^= happens(self.wires_swapped, Figure::WiresSwapped);
 
+        let cogging = &mut motor.cogging;
+        relative(&mut cogging.torque_nm, self.cogging, Figure::Cogging);
+        cogging.torque_nm += self.cogging_nm * fraction(seed, Figure::CoggingMore);
+        if self.cogging_nm > 0.0 {
+            cogging.rest_turns += 0.5 * even(seed, Figure::CoggingRest);
+        }
+
         let load = &mut drawn.load;
         relative(
             &mut load.inertia_kgm2,
@@ -264,7 +302,43 @@ impl Spread {
             friction,
             Figure::LoadViscousFriction,
         );
+        if let Some(coupling) = &mut load.coupling {
+            for (value, figure) in [
+                (&mut coupling.stiffness_nm_per_rad, Figure::Stiffness),
+                (&mut coupling.damping_nms, Figure::Damping),
+                (&mut coupling.backlash_rad, Figure::Backlash),
+            ] {
+                relative(value, self.coupling, figure);
+            }
+        }
+        if let Some(pendulum) = &mut load.pendulum {
+            relative(&mut pendulum.torque_nm, self.coupling, Figure::Pendulum);
+        }
+        let switches = &mut drawn.switches;
+        for (switch, figure) in [
+            (&mut switches.negative_limit, Figure::NegativeLimit),
+            (&mut switches.positive_limit, Figure::PositiveLimit),
+            (&mut switches.home, Figure::Home),
+        ] {
+            if let Some(switch) = switch {
+                let moved = self.switch_turns * even(seed, figure);
+                switch.from_turns += moved;
+                switch.to_turns += moved;
+            }
+        }
+        let stops = load.stops;
         drawn.start_turns += self.start_turns * even(seed, Figure::StartTurns);
+        if let Some(stops) = stops {
+            // Between the stops, where else.
+            let above = drawn.start_turns > stops.lowest_turns;
+            let low = if above {
+                drawn.start_turns
+            } else {
+                stops.lowest_turns
+            };
+            let below = low < stops.highest_turns;
+            drawn.start_turns = if below { low } else { stops.highest_turns };
+        }
 
         relative_f32(&mut drawn.supply_v, self.supply, Figure::Supply);
         relative_f32(&mut drawn.diode_drop_v, self.diode_drop, Figure::DiodeDrop);

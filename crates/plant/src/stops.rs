@@ -3,6 +3,7 @@
 use control::Real;
 
 use crate::body::Body;
+use crate::exponential::decayed_fraction;
 use crate::load::{Stops, angle_and_turns};
 
 /// The two stops of a mass; see [`Stops`].
@@ -12,10 +13,8 @@ pub(crate) struct Contact<R: Real> {
     highest: (R::Count, R::Count),
     /// Nm/rad.
     stiffness: R,
-    /// Nm s/rad, of the speed at the end of a period without damping.
+    /// What takes off the speed what the damper alone would in a period, Nm s/rad.
     damping: R,
-    /// Half of speed per torque, rad/s per Nm.
-    half_gain: R,
 }
 
 /// Angle of the resonance in a period up to which a stop is followed. At this one a bounce off an
@@ -32,9 +31,7 @@ impl<R: Real> Contact<R> {
             stiffest
         };
         let damping = 2.0 * stops.damping_ratio * root(stiffness * inertia);
-        // The damper sees the mean of the speeds before and after it has acted.
-        let half_gain = 0.5 * period_s / inertia;
-        let damping = damping / (1.0 + damping * half_gain);
+        let damping = decayed_fraction(damping * period_s / inertia) * inertia / period_s;
         let position = |turns: f64| {
             let (angle, turns) = angle_and_turns(turns);
             (R::count(angle), R::count(turns))
@@ -45,20 +42,18 @@ impl<R: Real> Contact<R> {
             highest: position(stops.highest_turns),
             stiffness: real(stiffness),
             damping: real(damping),
-            half_gain: real(half_gain),
         }
     }
 
-    /// Torque of the stops on `body`, Nm, which `torque` drives besides.
+    /// Torque of the stops on `body`, Nm.
     #[inline(always)]
-    pub(crate) fn torque(&self, body: &Body<R>, torque: R) -> R {
+    pub(crate) fn torque(&self, body: &Body<R>) -> R {
         let zero = R::splat(0.0);
         let above = body.beyond(self.highest.0, self.highest.1).greatest(zero);
         let below = body.beyond(self.lowest.0, self.lowest.1).least(zero);
         // One of the two is zero.
         let spring = -(above + below) * self.stiffness;
-        let speed = body.period_speed() + (torque + spring) * self.half_gain;
-        let push = spring - speed * self.damping;
+        let push = spring - body.period_speed() * self.damping;
         let push = R::select(zero.lt(above), push.least(zero), push);
         let push = R::select(below.lt(zero), push.greatest(zero), push);
         R::select(zero.lt(above - below), push, zero)

@@ -7,7 +7,7 @@ use std::array::from_fn;
 
 use control::io::Duty;
 use group::{Lanes, Masks, N};
-use plant::{FULL_P3, Parameters, Phase, Plant, Short, VIRTUAL_P3};
+use plant::{COMPLETE_P3, FULL_P3, Parameters, Phase, Plant, Short, Stops, VIRTUAL_P3};
 
 /// Duties that come near the rails, stand still, drive hard and switch off, differently in each lane.
 fn duty(lane: usize, period: usize) -> Duty<f32> {
@@ -70,10 +70,15 @@ fn compare(parameters: &Parameters, act: impl Fn(&mut dyn Acts, usize)) {
                 (truth.bus_voltage_v, real.bus_voltage_v),
                 (truth.bridge_current_a, real.bridge_current_a),
                 (truth.speed_rad_s, real.speed_rad_s),
+                (truth.load_speed_rad_s, real.load_speed_rad_s),
+                (truth.winding_c, real.winding_c),
+                (truth.housing_c, real.housing_c),
+                (truth.amplifier_c, real.amplifier_c),
             ] {
                 assert_eq!(group.0[lane].to_bits(), one.to_bits(), "{at}");
             }
             assert_eq!(truth.angle[lane], real.angle, "{at}");
+            assert_eq!(truth.load_angle[lane], real.load_angle, "{at}");
         }
     }
     // The runs were not idle.
@@ -109,6 +114,13 @@ fn without_effects() {
 #[test]
 fn with_every_effect() {
     compare(&FULL_P3, |_, _| {});
+    compare(&COMPLETE_P3, |_, _| {});
+    // Narrow stops, which the shafts strike again and again.
+    let mut narrow = COMPLETE_P3;
+    narrow.load.stops = Some(Stops::between(-0.6, 0.4));
+    compare(&narrow, |_, _| {});
+    narrow.load.coupling = None;
+    compare(&narrow, |_, _| {});
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 use control::io::Duty;
 use plant::{
-    EncoderFault, FULL_P3, Link, Parameters, Phase, Plant, Short, Stops, Switch, SwitchName,
+    COMPLETE_P3, Coupling, EncoderFault, FULL_P3, Link, Parameters, Pendulum, Phase, Plant, Short,
+    Stops, Switch, SwitchName,
 };
 
 /// A small generator of our own (xorshift), for repeatable nonsense.
@@ -44,15 +45,10 @@ impl Nonsense {
     }
 }
 
-/// A P3 with all that may hang on it.
+/// A P3 with all that may hang on it, between narrow stops.
 fn everything() -> Parameters {
-    let mut parameters = Parameters::default();
-    parameters.load.inertia_kgm2 = 1e-6;
+    let mut parameters = COMPLETE_P3;
     parameters.load.stops = Some(Stops::between(-3.0, 2.0));
-    let mut home = Switch::between(0.0, 0.25);
-    home.bounce_s = 1e-3;
-    home.hysteresis_turns = 0.01;
-    parameters.switches.home = Some(home);
     parameters.switches.negative_limit = Some(Switch::below(-2.0));
     assert_eq!(parameters.check(), Ok(()));
     parameters
@@ -71,7 +67,9 @@ fn assert_sane(plant: &mut Plant<f32>) {
     let numbers = [truth.phase_current_a, truth.phase_emf_v]
         .concat()
         .into_iter()
-        .chain([truth.speed_rad_s, truth.torque_nm, truth.bus_voltage_v]);
+        .chain([truth.speed_rad_s, truth.torque_nm, truth.bus_voltage_v])
+        .chain([truth.load_speed_rad_s])
+        .chain([truth.winding_c, truth.housing_c, truth.amplifier_c]);
     for number in numbers {
         assert!(number.is_finite(), "{truth:?}");
     }
@@ -269,4 +267,73 @@ fn a_world_repeats_itself_bit_for_bit() {
         assert_eq!(first, run(split));
     }
     assert_ne!(first.truth().turns, 0);
+}
+
+#[test]
+fn neither_does_an_impossible_load_or_heat_panic() {
+    let mut refused = 0;
+    for seed in 1..=3_000 {
+        let mut nonsense = Nonsense(0xA24B_AED4_963E_E407_u64.wrapping_mul(seed));
+        let mut parameters = everything();
+        for _ in 0..2 {
+            let any = f64::from(nonsense.fraction());
+            let load = &mut parameters.load;
+            let coupling = load.coupling.get_or_insert(Coupling {
+                stiffness_nm_per_rad: 1.0,
+                damping_nms: 0.0,
+                backlash_rad: 0.0,
+            });
+            let stops = load.stops.get_or_insert(Stops::between(-1.0, 1.0));
+            let thermal = parameters.thermal.as_mut().expect("a P3 warms up");
+            let home = parameters.switches.home.get_or_insert(Switch::above(0.0));
+            match nonsense.next() % 24 {
+                0 => coupling.stiffness_nm_per_rad = any,
+                1 => coupling.damping_nms = any,
+                2 => coupling.backlash_rad = any,
+                3 => stops.lowest_turns = any,
+                4 => stops.highest_turns = any,
+                5 => stops.stiffness_nm_per_rad = any,
+                6 => stops.damping_ratio = any,
+                7 => load.inertia_kgm2 = any,
+                8 => load.coulomb_friction_nm = any,
+                9 => {
+                    load.pendulum = Some(Pendulum {
+                        torque_nm: any,
+                        hanging_turns: f64::from(nonsense.fraction()),
+                    });
+                }
+                10 => parameters.motor.cogging.torque_nm = any,
+                11 => parameters.motor.cogging.rest_turns = any,
+                12 => parameters.motor.cogging.periods_per_turn = nonsense.next() as u16 & 3,
+                13 => parameters.start_turns = any,
+                14 => home.from_turns = any,
+                15 => home.hysteresis_turns = any,
+                16 => home.bounce_s = any,
+                17 => thermal.motor.winding_k_per_w = any,
+                18 => thermal.motor.housing_time_constant_s = any,
+                19 => thermal.motor.resistance_per_k = any,
+                20 => thermal.motor.reference_c = any,
+                21 => thermal.amplifier.time_constant_s = any,
+                22 => thermal.amplifier.switching_s = any,
+                _ => parameters.ambient_c = any as f32,
+            }
+        }
+        let possible = parameters.check().is_ok();
+        refused += u32::from(!possible);
+        let mut plant = Plant::<f32>::new(&parameters);
+        for _ in 0..30 {
+            plant.load(&nonsense.duty());
+            for _ in 0..5 {
+                plant.step();
+            }
+            if possible {
+                assert_sane(&mut plant);
+            } else {
+                let _ = (plant.sample(), plant.truth());
+                let _ = plant.signals();
+            }
+        }
+    }
+    println!("{refused} of 3000 refused");
+    assert!((300..2_900).contains(&refused), "{refused}");
 }

@@ -1,7 +1,7 @@
 //! Hidden truths: what is drawn, how far, and that it is the same every time.
 
 use control::io::Duty;
-use plant::{Link, Parameters, Plant, Spread, VIRTUAL_P3};
+use plant::{COMPLETE_P3, Link, Parameters, Plant, Spread, Stops, VIRTUAL_P3};
 use std::f64::consts::PI;
 
 const DRAWS: u64 = 2_000;
@@ -9,9 +9,9 @@ const DRAWS: u64 = 2_000;
 /// A loaded P3, so that every relative spread has something to spread.
 fn nominal() -> Parameters {
     let mut parameters = VIRTUAL_P3;
-    parameters.load.inertia_kgm2 = 1e-6;
-    parameters.load.coulomb_friction_nm = 1e-3;
-    parameters.load.viscous_friction_nms = 1e-6;
+    parameters.motor.cogging = COMPLETE_P3.motor.cogging;
+    parameters.load = COMPLETE_P3.load;
+    parameters.switches = COMPLETE_P3.switches;
     parameters.link = Link::SMALL;
     parameters
 }
@@ -50,7 +50,7 @@ fn every_figure_fills_its_range() {
     let (motor, load) = (n.motor, n.load);
     let around = |value: f64, spread: f64| (value * (1.0 - spread), value * (1.0 + spread));
     type Figure = fn(&Parameters) -> f64;
-    let figures: [(&str, (f64, f64), Figure); 28] = [
+    let figures: [(&str, (f64, f64), Figure); 33] = [
         ("resistance", around(motor.phase_resistance_ohm, 0.1), |p| {
             p.motor.phase_resistance_ohm
         }),
@@ -112,6 +112,21 @@ fn every_figure_fills_its_range() {
         ("ambient", (15.0, 35.0), |p| p.ambient_c.into()),
         ("housing", around(8.9, 0.2), |p| {
             p.thermal.unwrap().motor.housing_k_per_w
+        }),
+        ("cogging", around(0.3e-3, 0.3), |p| {
+            p.motor.cogging.torque_nm
+        }),
+        ("stiffness", around(2.0, 0.2), |p| {
+            p.load.coupling.unwrap().stiffness_nm_per_rad
+        }),
+        ("backlash", around(2e-3, 0.2), |p| {
+            p.load.coupling.unwrap().backlash_rad
+        }),
+        ("weight", around(0.5e-3, 0.2), |p| {
+            p.load.pendulum.unwrap().torque_nm
+        }),
+        ("home", (0.09, 0.11), |p| {
+            p.switches.home.unwrap().from_turns
         }),
     ];
     for (name, (low, high), figure) in figures {
@@ -278,5 +293,23 @@ fn a_world_starts_where_it_is_told() {
         if start.abs() < 1e6 {
             assert_eq!(truth.position_turns(), start);
         }
+    }
+}
+
+#[test]
+fn a_motor_without_cogging_may_get_some_and_a_machine_starts_between_its_stops() {
+    let spread = Spread {
+        cogging_nm: 1e-3,
+        start_turns: 5.0,
+        ..Spread::NONE
+    };
+    let mut nominal = VIRTUAL_P3;
+    nominal.motor.cogging.periods_per_turn = 12;
+    nominal.load.stops = Some(Stops::between(-2.0, 1.0));
+    for seed in 0..DRAWS {
+        let drawn = spread.draw(&nominal, seed);
+        assert_eq!(drawn.check(), Ok(()));
+        let cogging = drawn.motor.cogging;
+        assert!((0.0..1e-3).contains(&cogging.torque_nm) && cogging.rest_turns.abs() <= 0.5);
     }
 }
