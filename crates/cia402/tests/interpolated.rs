@@ -201,6 +201,30 @@ fn a_stream_with_a_jittering_sync_does_not_pile_up() {
 }
 
 #[test]
+fn the_pace_is_that_of_sync() {
+    // The master's clock is 2 % fast or slow, and two set-points are always waiting.
+    for periods in [98, 102] {
+        let mut rig = rig(5);
+        rig.word(GO);
+        assert!(push(&mut rig, 20) && push(&mut rig, 40));
+        for n in 3..=4000 {
+            assert!(push(&mut rig, n * 20), "{periods}: full at {n}");
+            sync(&mut rig);
+            for period in 0..periods {
+                if (n * periods + period) % 20 == 0 {
+                    rig.tick();
+                }
+                rig.period();
+            }
+            rig.trace.clear();
+            assert!(rig.axis.buffered() <= 4, "{periods}: {n}");
+        }
+        rig.run_ms(40);
+        assert!((rig.sample().position - 80_000.0).abs() < 1e-2);
+    }
+}
+
+#[test]
 fn a_faster_sync_does_not_hurry() {
     // SYNC each millisecond, set-points for 4 ms each.
     let mut rig = rig(4);
