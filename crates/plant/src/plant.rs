@@ -9,8 +9,8 @@ use crate::switches::{Board, SwitchName};
 use crate::thermal::Heat;
 use crate::wiring::Wiring;
 use crate::{
-    EncoderFault, Inverter, Link, Mechanics, Parameters, Phase, Sensed, Sensors, Short, Supply,
-    Vector, Winding,
+    EncoderFault, Inverter, Link, Load, Mechanics, Parameters, Phase, Sensed, Sensors, Short,
+    Supply, Vector, Winding,
 };
 
 /// The world of one drive (or of a batch).
@@ -428,6 +428,13 @@ impl<R: Real> Plant<R> {
     /// Sets the torque of the load, Nm; positive opposes positive rotation.
     pub fn set_load_torque_nm(&mut self, torque_nm: R) {
         self.mechanics.set_load_torque_nm(torque_nm);
+    }
+
+    /// Changes what hangs on the shaft, which keeps its position and speed.
+    pub fn set_load(&mut self, load: &Load) {
+        self.parameters.load = *load;
+        let (motor, period_s) = (&self.parameters.motor, self.parameters.pwm_period_s);
+        self.mechanics.set_period_s(motor, load, period_s);
     }
 
     /// Blocks the shaft where it is, or frees it.

@@ -97,6 +97,8 @@ pub struct VirtualDrive {
     core: Option<Core>,
     pub(crate) processor: Processor,
     pub(crate) plant: Plant<f32>,
+    /// What its world was made of.
+    made: Parameters,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
@@ -134,6 +136,7 @@ impl VirtualDrive {
             core: None,
             processor: Processor::Alive,
             plant: Plant::new(&settings.plant),
+            made: settings.plant,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
             changed_rate: None,
@@ -188,6 +191,11 @@ impl VirtualDrive {
     /// The physical world, to act upon (load, block, supply) and to look at.
     pub fn plant(&mut self) -> &mut Plant<f32> {
         &mut self.plant
+    }
+
+    /// What its world was at the start.
+    pub fn made(&self) -> &Parameters {
+        &self.made
     }
 
     /// The physical world, to look at.
@@ -459,6 +467,10 @@ impl VirtualDrive {
                         }
                     }
                 }
+                Request::NodeId(id) => {
+                    self.station.rename(id);
+                    self.node = Some(id);
+                }
                 Request::Reset(Reset::Node) => {
                     self.lose_program();
                     self.boots_at = now.plus_ns(self.latency.boot_ns());
@@ -487,7 +499,7 @@ impl VirtualDrive {
             notice(NoticeKind::StoreFellBack { kept });
         }
         if !self.station.is_on() {
-            let bit_rate = self.station.power_on(self.store.bytes());
+            let bit_rate = self.station.power_on(self.personality, self.store.bytes());
             self.controller.tune(bit_rate, now);
         }
         self.node = self.station.node();
@@ -544,7 +556,16 @@ impl VirtualDrive {
         let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
-                self.store.replace(bytes).map_err(|error| {
+                let replaced = self.store.replace(bytes);
+                if self.store.flash().has_lost_power() {
+                    notice(NoticeKind::PowerCutInSave);
+                    self.store.flash().power_on();
+                    self.store.load();
+                    self.lose_program();
+                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                    return;
+                }
+                replaced.map_err(|error| {
                     notice(NoticeKind::CannotStore(error));
                     Abort::HARDWARE
                 })

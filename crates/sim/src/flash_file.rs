@@ -94,7 +94,7 @@ impl FlashFile {
 
     /// Finds what is stored. Where that is damaged and nothing is left, it is what stands at the
     /// head of the damaged slot, which a drive finds to be no parameters.
-    fn load(&mut self) {
+    pub(crate) fn load(&mut self) {
         let mut bytes = vec![0; self.slots.capacity() as usize];
         match self.slots.load(&mut self.flash, &mut bytes) {
             Ok(loaded) => {

@@ -31,6 +31,7 @@ mod probe;
 mod recording;
 mod replay;
 pub mod scenario;
+mod spoil;
 mod store;
 mod stranger;
 mod wire_act;

@@ -43,6 +43,8 @@ pub enum NoticeKind {
     },
     /// A save command failed.
     CannotStore(StoreError),
+    /// The logic supply failed in the middle of a save, and is back: it boots.
+    PowerCutInSave,
     /// The personality's defaults make no drive.
     CannotStart(ParameterError),
     /// Its controller has found so many errors that it is error passive.
@@ -118,6 +120,9 @@ impl std::fmt::Display for Notice {
                 f.write_str("; it starts on those stored before")
             }
             NoticeKind::CannotStore(error) => write!(f, "{error}"),
+            NoticeKind::PowerCutInSave => {
+                f.write_str("its logic supply failed while it saved; it boots")
+            }
             NoticeKind::CannotStart(error) => {
                 write!(f, "it cannot start, its defaults make no drive: {error:?}")
             }

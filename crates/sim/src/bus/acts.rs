@@ -94,7 +94,7 @@ impl Bus {
     }
 
     /// An act that is known to be possible, in the midst of what happens at this instant.
-    pub(super) fn act_now(&mut self, act: WireAct) {
+    pub(crate) fn act_now(&mut self, act: WireAct) {
         let now = self.now;
         match act {
             WireAct::Flip { .. } | WireAct::Lose { .. } => self.acts.pending.push(act),

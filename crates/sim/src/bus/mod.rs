@@ -14,7 +14,7 @@ use crate::medium::{ErrorCounters, Event, Media, Sender, Traffic};
 use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
-use crate::scenario::{Runner, Scenario, World};
+use crate::scenario::{Runner, Scenario};
 use crate::stranger::Stranger;
 use crate::wire_act::Participant;
 
@@ -373,31 +373,30 @@ impl Bus {
 
     /// Does what the scenario has for this instant.
     fn play_scenario(&mut self) {
-        let Some(runner) = &mut self.runner else {
+        let Some(mut runner) = self.runner.take() else {
             return;
         };
-        runner.look(&self.drives, self.now);
-        let mut world = World {
-            drives: &mut self.drives,
-            gateway: &mut self.gateway,
-            now: self.now,
-        };
-        let mut has_acted = false;
-        while let Some(doing) = runner.take_due(self.now) {
-            has_acted = true;
-            let notices = doing.perform(&mut world).into_iter().map(|words| Notice {
-                at: self.now,
+        let at = self.now;
+        runner.look(&self.drives, at);
+        while let Some(doing) = runner.take_due(at) {
+            let words = doing.perform(self);
+            let notices = words.into_iter().map(|words| Notice {
+                at,
                 who: None,
                 node: None,
                 kind: NoticeKind::Scenario(words),
             });
             self.notices.extend(notices);
-        }
-        if has_acted {
             for (drive, due) in self.drives.iter().zip(&mut self.due) {
                 *due = drive.next_poll();
             }
         }
+        self.runner = Some(runner);
+    }
+
+    /// Keeps SYNC messages of outside programs from the bus, or lets them pass.
+    pub(crate) fn hold_sync(&mut self, held: bool) {
+        self.gateway.hold_sync(held);
     }
 
     fn sample(&mut self) {

@@ -1,29 +1,83 @@
 //! What an event does: one row for each kind of act, from which files are read and documents made.
 
-use super::arguments::{Argument, Arguments, number, required};
-use super::quantity::Quantity;
+use can::Frame;
+use plant::{EncoderFault, Phase, Short, SwitchName};
+
+use super::act_rows::ACTS;
+use super::arguments::{Argument, Arguments};
+use crate::wire_act::{WhichFrames, WireAct, WireFault};
 
 /// Something that is done to a drive or to the bus.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Act {
     /// Motor supply, V; `None` is what the drive was made with.
     MotorSupply(Option<f32>),
+    /// Logic supply, V; `None` is what the drive was made with.
+    LogicSupply(Option<f32>),
     /// Hold the shaft, or let it go.
     Block(bool),
     /// Torque of the load, Nm.
     LoadTorque(f32),
-    /// Temperature of the amplifier, °C; `None` is what it was made with.
+    /// Inertia of the load, kg m²; `None` is what the drive was made with.
+    LoadInertia(Option<f64>),
+    /// Coulomb and viscous friction of the load, Nm and Nm s/rad; `None` is as made, or as it is.
+    LoadFriction(Option<(f64, Option<f64>)>),
+    /// Temperature of the amplifier, °C; `None` is that of the surroundings.
     AmplifierTemperature(Option<f32>),
+    /// Temperature of the motor, °C; `None` is that of the surroundings.
+    MotorTemperature(Option<f32>),
+    /// Temperature of the surroundings, °C; `None` is what they were at the start.
+    Ambient(Option<f32>),
+    /// A phase's wire is open, or mended.
+    OpenPhase(Phase, bool),
+    /// A short circuit, or none.
+    Short(Option<Short>),
+    /// A fault of the encoder, or none.
+    Encoder(EncoderFault),
+    /// Part of the encoder's answers that are wrong, 0 to 1; `None` is as made.
+    BadAnswers(Option<f32>),
+    /// Distance of the magnet, mm; `None` is as made.
+    Magnet(Option<f32>),
+    /// The magnet turns on the shaft, turns.
+    Slip(f64),
+    /// A switch is pressed, or held open, or left to the shaft.
+    Switch(SwitchName, Option<bool>),
+    /// Level of a digital input, by its bit in 0x60FD.
+    Input(u32, bool),
+    /// Voltage at analog input 1 or 2, V.
+    Analog(usize, f32),
+    /// Safe torque off is asked for, or no longer.
+    TorqueOff(bool),
     /// The processor handles nothing; how long says the event.
     Stall,
+    /// The processor hangs.
+    Hang,
+    /// Flips a bit in so many stored bytes, of both sets or of the newest.
+    Spoil { bytes: u32, both: bool },
+    /// The power fails when a save has come so far.
+    CutSave(u64),
     /// SYNC messages of outside programs do not get onto the bus, or do again.
     HoldSync(bool),
+    /// Something is done to the wire, whoever takes part.
+    Wire(WireAct),
+    /// A participant's frames wait; how long says the event.
+    HoldFrames,
+    /// A participant loses frames.
+    LoseFrames(WhichFrames),
+    /// A participant is cut off, or connected again.
+    Disconnect(bool),
+    /// A node babbles; how long says the event.
+    Flood { frame: Frame, every_ns: u64 },
+    /// The cable is broken; how long says the event.
+    Break(WireFault),
 }
 
 /// What an act is done to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Object {
     Drive,
+    /// A drive, or the outside programs.
+    Participant,
     Bus,
 }
 
@@ -45,7 +99,8 @@ pub struct ActKind {
     pub name: &'static str,
     /// What it does.
     pub what: &'static str,
-    /// What it changes: two acts upon one thing at one time contradict each other.
+    /// What it changes: two acts upon one thing at one time contradict each other. Empty: they do
+    /// not.
     pub(super) thing: &'static str,
     pub(super) object: Object,
     pub(super) lasting: Lasting,
@@ -57,13 +112,6 @@ impl ActKind {
     /// Its arguments as documents show them: name, form, what it is.
     pub fn shown(&self) -> Vec<[String; 3]> {
         let mut rows = Vec::new();
-        if self.object == Object::Drive {
-            rows.push([
-                "drive".to_owned(),
-                "1, \"u1\" or \"all\"".to_owned(),
-                "Which drive; needed.".to_owned(),
-            ]);
-        }
         rows.extend(self.arguments.iter().map(Argument::shown));
         let lasts = match self.lasting {
             Lasting::Once => None,
@@ -75,130 +123,6 @@ impl ActKind {
     }
 }
 
-const VOLTAGE: Argument = required("to", number(Quantity::Voltage, 0.0, 1e3), "The voltage.");
-const TEMPERATURE: Argument = required(
-    "to",
-    number(Quantity::Temperature, -273.15, 1000.0),
-    "The temperature.",
-);
-
-/// All of them.
-pub const ACTS: &[ActKind] = &[
-    ActKind {
-        name: "motor-supply",
-        what: "Sets the motor supply.",
-        thing: "the motor supply",
-        object: Object::Drive,
-        lasting: Lasting::Until("restore-motor-supply"),
-        arguments: &[VOLTAGE],
-        build: |given| Act::MotorSupply(Some(given.number("to") as f32)),
-    },
-    ActKind {
-        name: "cut-motor-supply",
-        what: "Disconnects the motor supply. The processor stays alive.",
-        thing: "the motor supply",
-        object: Object::Drive,
-        lasting: Lasting::Until("restore-motor-supply"),
-        arguments: &[],
-        build: |_| Act::MotorSupply(Some(0.0)),
-    },
-    ActKind {
-        name: "restore-motor-supply",
-        what: "Sets the motor supply back to what the drive began with.",
-        thing: "the motor supply",
-        object: Object::Drive,
-        lasting: Lasting::Once,
-        arguments: &[],
-        build: |_| Act::MotorSupply(None),
-    },
-    ActKind {
-        name: "block-shaft",
-        what: "Holds the shaft where it is.",
-        thing: "the shaft",
-        object: Object::Drive,
-        lasting: Lasting::Until("free-shaft"),
-        arguments: &[],
-        build: |_| Act::Block(true),
-    },
-    ActKind {
-        name: "free-shaft",
-        what: "Lets the shaft go.",
-        thing: "the shaft",
-        object: Object::Drive,
-        lasting: Lasting::Once,
-        arguments: &[],
-        build: |_| Act::Block(false),
-    },
-    ActKind {
-        name: "load-torque",
-        what: "Sets the torque of the load.",
-        thing: "the load's torque",
-        object: Object::Drive,
-        lasting: Lasting::Until("remove-load-torque"),
-        arguments: &[required(
-            "to",
-            number(Quantity::Torque, -1e3, 1e3),
-            "The torque; positive opposes positive rotation.",
-        )],
-        build: |given| Act::LoadTorque(given.number("to") as f32),
-    },
-    ActKind {
-        name: "remove-load-torque",
-        what: "Sets the torque of the load to 0.",
-        thing: "the load's torque",
-        object: Object::Drive,
-        lasting: Lasting::Once,
-        arguments: &[],
-        build: |_| Act::LoadTorque(0.0),
-    },
-    ActKind {
-        name: "amplifier-temperature",
-        what: "Sets the temperature of the amplifier.",
-        thing: "the amplifier's temperature",
-        object: Object::Drive,
-        lasting: Lasting::Until("restore-amplifier-temperature"),
-        arguments: &[TEMPERATURE],
-        build: |given| Act::AmplifierTemperature(Some(given.number("to") as f32)),
-    },
-    ActKind {
-        name: "restore-amplifier-temperature",
-        what: "Sets the temperature of the amplifier back to what it began with.",
-        thing: "the amplifier's temperature",
-        object: Object::Drive,
-        lasting: Lasting::Once,
-        arguments: &[],
-        build: |_| Act::AmplifierTemperature(None),
-    },
-    ActKind {
-        name: "stall-processor",
-        what: "The processor handles no frame for some time; a controller whose FIFO of 16 frames is \
-               full loses those that follow (CAN overrun).",
-        thing: "the processor",
-        object: Object::Drive,
-        lasting: Lasting::Stated,
-        arguments: &[],
-        build: |_| Act::Stall,
-    },
-    ActKind {
-        name: "stop-sync",
-        what: "SYNC messages (0x080) of outside programs do not get onto the bus any more.",
-        thing: "SYNC",
-        object: Object::Bus,
-        lasting: Lasting::Until("resume-sync"),
-        arguments: &[],
-        build: |_| Act::HoldSync(true),
-    },
-    ActKind {
-        name: "resume-sync",
-        what: "SYNC messages of outside programs get onto the bus again.",
-        thing: "SYNC",
-        object: Object::Bus,
-        lasting: Lasting::Once,
-        arguments: &[],
-        build: |_| Act::HoldSync(false),
-    },
-];
-
 /// The kind of that name.
 pub(super) fn find(name: &str) -> Option<&'static ActKind> {
     ACTS.iter().find(|kind| kind.name == name)
@@ -207,17 +131,23 @@ pub(super) fn find(name: &str) -> Option<&'static ActKind> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::EVENT_KEYS;
 
     #[test]
     fn names_are_unique_and_undone_by_acts_upon_the_same_thing() {
         for (n, kind) in ACTS.iter().enumerate() {
             assert!(ACTS[..n].iter().all(|other| other.name != kind.name));
             assert!(kind.what.ends_with('.'), "{}", kind.name);
+            for argument in kind.arguments {
+                let of_event = EVENT_KEYS.iter().any(|(key, ..)| *key == argument.key());
+                assert!(!of_event, "{} {}", kind.name, argument.key());
+            }
             if let Lasting::Until(undo) = kind.lasting {
                 let undo = find(undo).unwrap_or_else(|| panic!("{}", kind.name));
                 assert_eq!(undo.thing, kind.thing);
                 assert_eq!(undo.object, kind.object);
-                assert!(undo.arguments.is_empty());
+                let has = |key| kind.arguments.iter().any(|argument| argument.key() == key);
+                assert!(undo.arguments.iter().all(|argument| has(argument.key())));
             }
         }
     }

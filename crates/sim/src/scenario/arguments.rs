@@ -1,9 +1,13 @@
 //! The arguments of an act: what is said of them in its row, and what a file gives.
 
-use super::frames::{FramePattern, data_bytes};
+use toml::de::DeValue;
+
+use super::frames::{FramePattern, data_bytes, participant};
 use super::problem::{Findings, any_of};
 use super::quantity::Quantity;
-use super::section::{Section, read_quantity};
+use super::section::{Read, Section, Value, kind, read_quantity};
+use crate::place::Place;
+use crate::wire_act::{BitPlace, Participant, WhichFrames, WireAct};
 
 /// What an argument may be.
 #[derive(Clone, Copy, Debug)]
@@ -18,10 +22,14 @@ pub(super) enum Kind {
     Whole { least: u64, most: u64 },
     /// One of these words.
     Word(&'static [&'static str]),
-    /// Which frames.
+    /// Which frames, by identifier and sender.
     Frames,
     /// Data bytes.
     Bytes,
+    /// A bit of a frame.
+    Bit,
+    /// A drive, or the outside programs.
+    Participant,
 }
 
 pub(super) const fn number(quantity: Quantity, least: f64, most: f64) -> Kind {
@@ -77,8 +85,12 @@ impl Argument {
             }
             Kind::Whole { least, most } => format!("{least} to {most}"),
             Kind::Word(words) => any_of(words.iter().copied()),
-            Kind::Frames => "{ id, mask, data, from }".to_owned(),
+            Kind::Frames => "{ id, mask, extended, from }".to_owned(),
             Kind::Bytes => "\"01 FF\"".to_owned(),
+            Kind::Bit => "0 to 159, crc-delimiter, ack-slot, ack-delimiter, eof1 to eof7, \
+                          intermission1 to intermission3"
+                .to_owned(),
+            Kind::Participant => "1, \"u1\" or \"outside\"".to_owned(),
         };
         let needed = if self.required { " Needed." } else { "" };
         [self.key.to_owned(), form, format!("{}{needed}", self.what)]
@@ -92,6 +104,8 @@ enum Given {
     Word(&'static str),
     Frames(FramePattern),
     Bytes(Vec<u8>),
+    Bit(BitPlace),
+    Participant(Read<Participant>),
 }
 
 /// The arguments that a file gives.
@@ -154,20 +168,57 @@ impl Arguments {
         }
     }
 
-    /// Which frames; all if it does not say.
-    pub(super) fn frames(&self, key: &str) -> FramePattern {
-        match self.get(key) {
-            Some(Given::Frames(pattern)) => pattern.clone(),
-            _ => FramePattern::default(),
+    /// Which frames; with `skip` and `count`, if it says these.
+    pub(super) fn which(&self, key: &str) -> WhichFrames {
+        let frames = match self.get(key) {
+            Some(Given::Frames(pattern)) => pattern.which(),
+            _ => WhichFrames::NEXT,
+        };
+        let number = |key, usual| self.maybe_number(key).map_or(usual, |number| number as u32);
+        WhichFrames {
+            skip: number("skip", 0),
+            times: number("count", 1),
+            ..frames
         }
     }
 
-    /// The frames that it speaks of, if it does.
-    pub(super) fn some_frames(&self) -> Option<FramePattern> {
-        self.0.iter().find_map(|(_, given)| match given {
-            Given::Frames(pattern) => Some(pattern.clone()),
+    /// A bit.
+    pub(super) fn bit(&self, key: &str) -> BitPlace {
+        match self.get(key) {
+            Some(Given::Bit(bit)) => *bit,
+            _ => BitPlace::Number(0),
+        }
+    }
+
+    /// Who, if it says.
+    pub(super) fn participant(&self, key: &str) -> Option<Participant> {
+        match self.get(key) {
+            Some(Given::Participant(read)) => Some(read.value),
             _ => None,
-        })
+        }
+    }
+
+    /// The drives that it names, and where.
+    pub(super) fn drives(&self) -> Vec<Read<Place>> {
+        let drive = |(_, given): &(&str, Given)| match given {
+            Given::Frames(pattern) => pattern.drive(),
+            Given::Participant(read) => match read.value {
+                Participant::Drive(value) => Some(Read {
+                    value,
+                    span: read.span.clone(),
+                }),
+                _ => None,
+            },
+            _ => None,
+        };
+        self.0.iter().filter_map(drive).collect()
+    }
+
+    /// Which of several things of one kind it is about: a phase, a switch, an input.
+    pub(super) fn detail(&self) -> String {
+        ["phase", "switch", "input"]
+            .map(|key| self.word(key))
+            .concat()
     }
 
     /// Data bytes.
@@ -200,10 +251,43 @@ impl Argument {
             }
             Kind::Frames => {
                 let value = section.take(self.key)?;
-                Given::Frames(FramePattern::read(value, findings)?)
+                Given::Frames(FramePattern::read(value, false, findings)?)
+            }
+            Kind::Bit => {
+                let value = section.take(self.key)?;
+                Given::Bit(bit(value, findings)?)
+            }
+            Kind::Participant => {
+                let value = section.take(self.key)?;
+                Given::Participant(participant(value, findings)?)
             }
             Kind::Bytes => Given::Bytes(data_bytes(self.key, section, findings)?),
         })
+    }
+}
+
+fn bit(value: Value<'_>, findings: &mut Findings<'_>) -> Option<BitPlace> {
+    let word = match value.get_ref() {
+        DeValue::Integer(number) if number.radix() == 10 => number.as_str().to_owned(),
+        DeValue::String(word) => word.to_string(),
+        other => kind(other).to_owned(),
+    };
+    let bit = word.parse::<BitPlace>();
+    let bit = bit.map_err(|error| error.to_string()).and_then(|bit| {
+        let act = WireAct::Flip {
+            frames: WhichFrames::NEXT,
+            bit,
+            seen_by: None,
+        };
+        act.check().map_err(|error| error.to_string()).map(|()| bit)
+    });
+    match bit {
+        Ok(bit) => Some(bit),
+        Err(why) => {
+            let remedy = "write a number from 0 to 159, or a name as in \"ack-slot\" or \"eof7\"";
+            findings.push(&value.span(), why, remedy);
+            None
+        }
     }
 }
 

@@ -1,13 +1,15 @@
 //! What a scenario cannot ask: contradictions, and what the drives of a bus cannot be or do.
 
 use canopen::Instant;
-use plant::Invalid;
+use plant::{Invalid, SwitchName};
 
 use super::Scenario;
+use super::acts::Act;
 use super::conditions::Condition;
 use super::event::{Event, Target, Trigger};
 use super::parameters::Parameter;
 use super::problem::{Findings, Span};
+use super::truth;
 use crate::drive::DriveSettings;
 use crate::place::Place;
 
@@ -19,12 +21,14 @@ pub(super) fn contradictions(events: &[Event], findings: &mut Findings<'_>) {
         };
         for earlier in &events[..n] {
             let meet = match (earlier.target.value, later.target.value) {
-                (Target::One(one), Target::One(other)) => one == other,
-                _ => true,
+                (Target::All, _) | (_, Target::All) => true,
+                (one, other) => one == other,
             };
             if earlier.trigger == Trigger::At(at)
                 && meet
+                && !later.kind.thing.is_empty()
                 && earlier.kind.thing == later.kind.thing
+                && earlier.detail == later.detail
                 && earlier.act != later.act
             {
                 let what = format!(
@@ -69,11 +73,7 @@ pub(super) fn cast(
         if let Target::One(place) = event.target.value {
             needs(place, &event.target.span);
         }
-        if let Some(drive) = event
-            .frames
-            .as_ref()
-            .and_then(super::frames::FramePattern::drive)
-        {
+        for drive in &event.named {
             needs(drive.value, &drive.span);
         }
         if let Trigger::When(when) = &event.trigger
@@ -116,6 +116,9 @@ pub(super) fn world(
             .filter(move |section| section.is_of(place))
     };
     let mut plant = drive.plant;
+    // The upper half of a product mixes all that is below it.
+    plant.noise_seed =
+        (truth::seed_of(place, seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as u32;
     for section in own() {
         section.change(&mut plant, place, seed);
     }
@@ -130,7 +133,7 @@ pub(super) fn world(
         let span = span
             .or_else(|| own.last().map(|section| section.span.clone()))
             .unwrap_or(0..0);
-        let what = format!("no drive can be like this: {invalid:?}");
+        let what = format!("no drive can be like this: {}", words(invalid));
         findings.push(
             &span,
             what,
@@ -146,12 +149,81 @@ pub(super) fn world(
     drive.plant = plant;
 }
 
+/// Switches that a drive does not have, and inputs that belong to one.
+pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &mut Findings<'_>) {
+    for event in scenario.events.iter() {
+        let meant = |drive: &&DriveSettings| match event.target.value {
+            Target::One(place) => drive.place == place,
+            Target::All => true,
+            Target::Bus | Target::Outside => false,
+        };
+        for drive in drives.iter().filter(meant) {
+            let switches = &drive.plant.switches;
+            let place = drive.place;
+            match event.act {
+                Act::Switch(name, _) => {
+                    let (there, keys) = match name {
+                        SwitchName::NegativeLimit => (switches.negative_limit, "negative_limit"),
+                        SwitchName::PositiveLimit => (switches.positive_limit, "positive_limit"),
+                        SwitchName::Home => (switches.home, "home_from and home_to"),
+                    };
+                    if there.is_none() {
+                        let what = format!("drive {place} does not have this switch");
+                        let remedy =
+                            format!("say where it is, with {keys} in [drive.{place}.switches]");
+                        findings.push(&event.target.span, what, remedy);
+                    }
+                }
+                Act::Input(bit @ 0..=2, _) => {
+                    let all = [
+                        switches.negative_limit,
+                        switches.positive_limit,
+                        switches.home,
+                    ];
+                    if all.get(bit as usize).is_some_and(Option::is_some) {
+                        let what = format!("a switch is connected to this input of drive {place}");
+                        let remedy = "use press-switch or release-switch";
+                        findings.push(&event.target.span, what, remedy);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
 /// The parameters that may be why a world cannot be.
 fn suspects(invalid: Invalid) -> &'static [&'static str] {
     match invalid {
         Invalid::Inertia(_) => &["load.inertia", "motor.rotor_inertia"],
         Invalid::Friction(_) => &["motor.static_friction", "motor.coulomb_friction"],
+        Invalid::Stops(..) => &["load.lowest_stop", "load.highest_stop", "load.start"],
+        Invalid::Switch(_) => &["switches.home_from", "switches.home_to"],
+        Invalid::EncoderError(_) => &["encoder.eccentricity", "encoder.noise"],
+        Invalid::Bridge(_) => &["inverter.dead_time", "inverter.pwm_period"],
+        Invalid::Link(_) => &[
+            "supply.capacitance",
+            "supply.resistance",
+            "supply.brake_on",
+            "supply.brake_off",
+        ],
         _ => &[],
+    }
+}
+
+fn words(invalid: Invalid) -> String {
+    match invalid {
+        Invalid::Inertia(_) => "rotor and load together need an inertia".to_owned(),
+        Invalid::Stops(..) => {
+            "the lowest stop must be below the highest, and the start between them".to_owned()
+        }
+        Invalid::Switch(_) => "the home switch must begin before it ends".to_owned(),
+        Invalid::EncoderError(_) => "an error of the encoder is beyond a quarter turn".to_owned(),
+        Invalid::Bridge(_) => "the dead time must be below a tenth of the PWM period".to_owned(),
+        Invalid::Link(_) => "a capacitance needs a resistance of the supply above 0, and a brake \
+                             that switches off below where it switches on"
+            .to_owned(),
+        other => format!("{other:?}"),
     }
 }
 

@@ -4,7 +4,7 @@ use canopen::nmt::NmtState;
 use cia402::State;
 
 use super::frames::{FramePattern, place};
-use super::problem::{Findings, any_of};
+use super::problem::Findings;
 use super::quantity::Quantity;
 use super::section::{Read, Section, Value};
 use crate::drive::VirtualDrive;
@@ -225,7 +225,7 @@ fn condition(
     let sight = match kind {
         "frame" => {
             let value = section.take(kind)?;
-            return FramePattern::read(value, findings).map(Kind::Frame);
+            return FramePattern::read(value, true, findings).map(Kind::Frame);
         }
         "emergency" => {
             let code = section.whole(kind, 0..=0xFFFF, findings)?;
@@ -252,11 +252,6 @@ fn condition(
         _ => unreachable!("a condition without a reader: {kind}"),
     };
     Some(Kind::Sight(sight))
-}
-
-/// The words of all conditions, for a test of the documents.
-pub(super) fn words() -> String {
-    any_of(CONDITIONS.iter().map(|(key, ..)| *key))
 }
 
 /// What was seen at the last look.

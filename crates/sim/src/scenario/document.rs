@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::acts::{ACTS, ActKind};
+use super::act_rows::ACTS;
+use super::acts::ActKind;
 use super::conditions::CONDITIONS;
 use super::drives::DRIVE_KEYS;
 use super::event::EVENT_KEYS;
-use super::parameters::PARAMETERS;
+use super::parameter_rows::PARAMETERS;
 use super::{GLOBAL_KEYS, quantity::Quantity};
 
 fn rows(text: &mut String, header: [&str; 3], rows: &[(&str, &str, &str)]) {

@@ -3,14 +3,15 @@
 use canopen::store::{self, Request};
 use canopen::{Address, Node, NodeId};
 use personalities::Personality;
-use plant::Parameters;
+use plant::{Parameters, Spread};
 use toml::de::DeValue;
 
-use super::parameters::{PARAMETERS, Parameter};
+use super::parameter_rows::PARAMETERS;
+use super::parameters::Parameter;
 use super::problem::{Findings, Span, any_of, nearest};
 use super::quantity::Quantity;
 use super::section::{Read, Section, Value, kind, read_quantity, read_whole};
-use super::truth::{self, Spread};
+use super::truth;
 use crate::drive::DriveSettings;
 use crate::flash_file::FlashFile;
 use crate::place::Place;
@@ -24,8 +25,10 @@ pub(super) struct DriveSection {
     pub(super) personality: Option<&'static Personality>,
     /// Parameters that are given.
     given: Vec<(&'static Parameter, Read<f64>)>,
+    /// Everything that differs between motors and boards is random.
+    hidden_truth: bool,
     /// Parameters that are random.
-    spreads: Vec<(&'static Parameter, Read<Spread>)>,
+    spreads: Vec<(&'static Parameter, Read<truth::Spread>)>,
     /// Objects that are stored before the start.
     stored: Vec<(Address, Read<u64>)>,
 }
@@ -91,6 +94,12 @@ impl DriveSection {
         for name in section_names() {
             if let Some(value) = section.take(name) {
                 read_parameters(name, value, findings, &mut |parameter, value, findings| {
+                    let none = matches!(value.get_ref(), DeValue::String(word) if word == "none");
+                    if none && parameter.may_be_none() {
+                        let (value, span) = (parameter.default(), value.span());
+                        given.push((parameter, Read { value, span }));
+                        return;
+                    }
                     let range = parameter.least..=parameter.most;
                     if let Some(read) = read_quantity(value, parameter.quantity, range, findings) {
                         given.push((parameter, read));
@@ -104,12 +113,17 @@ impl DriveSection {
         }
         let stored = section.take("stored");
         let stored = stored.map_or_else(Vec::new, |value| read_stored(value, findings));
+        // In the order of the rows: some speak of what others have made.
+        let row = |parameter: &Parameter| PARAMETERS.iter().position(|p| p.path == parameter.path);
+        given.sort_by_key(|(parameter, _)| row(parameter));
+        let hidden_truth = section.flag("hidden_truth", findings);
         section.finish(&[], findings);
         Some(DriveSection {
             place,
             span,
             personality,
             given,
+            hidden_truth: hidden_truth.is_some_and(|flag| flag.value),
             spreads,
             stored,
         })
@@ -124,6 +138,9 @@ impl DriveSection {
     pub(super) fn change(&self, world: &mut Parameters, place: Place, seed: u64) {
         for (parameter, read) in &self.given {
             parameter.give(world, read.value);
+        }
+        if self.hidden_truth {
+            *world = Spread::TYPICAL.draw(world, truth::seed_of(place, seed));
         }
         for (parameter, spread) in &self.spreads {
             let value = truth::draw(parameter, parameter.of(world), spread.value, place, seed);
@@ -296,7 +313,7 @@ fn read_parameters<'t>(
 fn read_spreads(
     value: Value<'_>,
     findings: &mut Findings<'_>,
-    spreads: &mut Vec<(&'static Parameter, Read<Spread>)>,
+    spreads: &mut Vec<(&'static Parameter, Read<truth::Spread>)>,
 ) {
     let form = "write a table, as in [drive.1.spread] motor.phase_resistance = \"10 %\"";
     let Some(mut section) = Section::of(value, "'spread'", form, findings) else {
@@ -315,14 +332,14 @@ fn read_spreads(
                     if text.trim_end().ends_with('%') && quantity != Quantity::Share);
                 let read = if is_share {
                     let read = read_quantity(value, Quantity::Share, 0.0..=100.0, findings);
-                    read.map(|read| read.map(|percent| Spread::Share(percent / 100.0)))
+                    read.map(|read| read.map(|percent| truth::Spread::Share(percent / 100.0)))
                 } else {
                     let quantity = match quantity {
                         Quantity::Temperature => Quantity::TemperatureStep,
                         other => other,
                     };
                     let read = read_quantity(value, quantity, 0.0..=f64::MAX, findings);
-                    read.map(|read| read.map(Spread::Absolute))
+                    read.map(|read| read.map(truth::Spread::Absolute))
                 };
                 if let Some(read) = read {
                     spreads.push((parameter, read));

@@ -1,9 +1,10 @@
 //! An event: when, to whom, what.
 
-use super::acts::{ACTS, Act, ActKind, Lasting, Object, find};
+use super::act_rows::ACTS;
+use super::acts::{Act, ActKind, Lasting, Object, find};
 use super::arguments::{Argument, Arguments};
 use super::conditions::When;
-use super::frames::{FramePattern, place};
+use super::frames::place;
 use super::problem::{Findings, Span, nearest, suggestion};
 use super::section::{Read, Section, Value};
 use crate::place::Place;
@@ -13,6 +14,8 @@ use crate::place::Place;
 pub(super) enum Target {
     /// Upon the bus.
     Bus,
+    /// Upon the connection of the outside programs.
+    Outside,
     /// Upon one drive.
     One(Place),
     /// Upon every drive.
@@ -44,7 +47,6 @@ pub(super) struct Event {
     pub(super) name: String,
     /// The line in which it begins.
     pub(super) line: usize,
-    pub(super) span: Span,
     pub(super) trigger: Trigger,
     pub(super) trigger_span: Span,
     /// From the trigger to the act, ns.
@@ -55,8 +57,10 @@ pub(super) struct Event {
     pub(super) target: Read<Target>,
     pub(super) kind: &'static ActKind,
     pub(super) act: Act,
-    /// What the act is about, if that is frames of a drive.
-    pub(super) frames: Option<FramePattern>,
+    /// Which of several things of one kind it is about, as a phase.
+    pub(super) detail: String,
+    /// Drives that its arguments name.
+    pub(super) named: Vec<Read<Place>>,
     /// How long it lasts, ns, and what follows then.
     pub(super) lasts_ns: Option<u64>,
     pub(super) undo: Option<Act>,
@@ -119,7 +123,6 @@ pub const EVENT_KEYS: &[(&str, &str, &str)] = &[
 ];
 
 const AT_FORM: &str = "write at = \"1.5 s\", when = { … } or after = \"another event\"";
-const DRIVE_FORM: &str = "write a drive, as in 1 or \"u1\", or \"all\"";
 
 impl Draft {
     /// Reads an event, the `number`th of the file, counted from 1.
@@ -195,9 +198,7 @@ impl Draft {
         }
         let (kind, target, arguments) = (kind?, target?, arguments?);
         let undo = match (kind.lasting, &lasts) {
-            (Lasting::Until(undo), Some(_)) => {
-                find(undo).map(|undo| (undo.build)(&Arguments::default()))
-            }
+            (Lasting::Until(undo), Some(_)) => find(undo).map(|undo| (undo.build)(&arguments)),
             _ => None,
         };
         let event = Event {
@@ -206,7 +207,6 @@ impl Draft {
                 |name| format!("event \"{}\"", name.value),
             ),
             line,
-            span,
             trigger,
             trigger_span,
             delay_ns: delay.map_or(0, |delay| delay.value),
@@ -215,7 +215,8 @@ impl Draft {
             target,
             kind,
             act: (kind.build)(&arguments),
-            frames: arguments.some_frames(),
+            detail: arguments.detail(),
+            named: arguments.drives(),
             lasts_ns: lasts.map(|lasts| lasts.value),
             undo,
         };
@@ -254,22 +255,32 @@ impl Draft {
         kind: Option<&ActKind>,
         findings: &mut Findings<'_>,
     ) -> Option<Read<Target>> {
+        let is_participant = kind.is_some_and(|kind| kind.object == Object::Participant);
+        let form = match is_participant {
+            true => "write a drive, as in 1 or \"u1\", or \"all\", or \"outside\"",
+            false => "write a drive, as in 1 or \"u1\", or \"all\"",
+        };
         let Some(value) = section.take("drive") else {
             if let Some(kind) = kind {
                 let what = format!("{} needs 'drive'", kind.name);
-                findings.push(&section.span, what, DRIVE_FORM);
+                findings.push(&section.span, what, form);
             }
             return None;
         };
-        if let toml::de::DeValue::String(word) = value.get_ref()
-            && word == "all"
-        {
-            return Some(Read {
-                value: Target::All,
-                span: value.span(),
-            });
+        if let toml::de::DeValue::String(word) = value.get_ref() {
+            let target = match word.as_ref() {
+                "all" => Some(Target::All),
+                "outside" if is_participant => Some(Target::Outside),
+                _ => None,
+            };
+            if let Some(value_of) = target {
+                return Some(Read {
+                    value: value_of,
+                    span: value.span(),
+                });
+            }
         }
-        Some(place(value, DRIVE_FORM, findings)?.map(Target::One))
+        Some(place(value, form, findings)?.map(Target::One))
     }
 
     /// The trigger, the event that it names, and where it stands.
@@ -287,7 +298,7 @@ impl Draft {
                 value: place,
                 span: target.span.clone(),
             }),
-            Target::All | Target::Bus => None,
+            Target::All | Target::Bus | Target::Outside => None,
         });
         let at = section.time_ns("at", 0, findings);
         let when = section.take("when");

@@ -6,18 +6,12 @@ use super::problem::Findings;
 use super::section::{Read, Section, Value, text};
 use crate::medium::Sender;
 use crate::place::Place;
+use crate::wire_act::{Participant, WhichFrames};
 
 /// How data are written.
 const DATA_FORM: &str =
     "write pairs of hexadecimal digits, with ?? for any byte, as in \"27 ?? 00\"";
 const FROM_FORM: &str = "write a drive, as in 1 or \"u1\", or \"outside\"";
-
-/// Who sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Origin {
-    Drive(Place),
-    Outside,
-}
 
 /// Which frames are meant; what it does not say may be anything.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -28,21 +22,27 @@ pub(crate) struct FramePattern {
     mask: u32,
     /// The first bytes; `None` is any.
     data: Vec<Option<u8>>,
-    from: Option<Read<Origin>>,
+    from: Option<Read<Participant>>,
 }
 
 impl FramePattern {
-    /// Reads the inline table.
-    pub(super) fn read(value: Value<'_>, findings: &mut Findings<'_>) -> Option<FramePattern> {
-        let form = "write { id = 0x181 }, and mask, data or from if needed";
+    /// Reads the inline table; `has_data` says whether it may speak of data.
+    pub(super) fn read(
+        value: Value<'_>,
+        has_data: bool,
+        findings: &mut Findings<'_>,
+    ) -> Option<FramePattern> {
+        let form = "write { id = 0x181 }, with mask or from if needed";
         let mut section = Section::of(value, "a frame", form, findings)?;
         let id = section.whole("id", 0..=0x1FFF_FFFF, findings);
         let extended = section.flag("extended", findings);
         let mask = section.whole("mask", 0..=0x1FFF_FFFF, findings);
-        let data = section.text("data", DATA_FORM, findings);
-        let from = section
-            .take("from")
-            .and_then(|value| origin(value, findings));
+        let data = match has_data {
+            true => section.text("data", DATA_FORM, findings),
+            false => None,
+        };
+        let from = section.take("from");
+        let from = from.and_then(|value| participant(value, findings));
         if let (Some(mask), None) = (&mask, &id) {
             findings.push(
                 &mask.span,
@@ -76,7 +76,7 @@ impl FramePattern {
             },
             None => Vec::new(),
         };
-        section.finish(&[], findings);
+        section.finish(&["data"], findings);
         let is_extended = wide || extended.is_some_and(|extended| extended.value);
         Some(FramePattern {
             id: id.map(|id| (id.value as u32, is_extended)),
@@ -90,11 +90,28 @@ impl FramePattern {
     pub(super) fn drive(&self) -> Option<Read<Place>> {
         let from = self.from.as_ref()?;
         match from.value {
-            Origin::Drive(place) => Some(Read {
+            Participant::Drive(place) => Some(Read {
                 value: place,
                 span: from.span.clone(),
             }),
-            Origin::Outside => None,
+            Participant::Outside | Participant::Stranger => None,
+        }
+    }
+
+    /// The same for the wire, which does not look at data.
+    pub(super) fn which(&self) -> WhichFrames {
+        const EXTENDED: u32 = 1 << 31;
+        let (key, mask) = match self.id {
+            // The layout of `Frame::key`: bit 31 tells the format.
+            Some((id, true)) => (id | EXTENDED, self.mask & 0x1FFF_FFFF | EXTENDED),
+            Some((id, false)) => (id, self.mask & 0x1FFF_FFFF | EXTENDED),
+            None => (0, 0),
+        };
+        WhichFrames {
+            key,
+            mask,
+            sender: self.from.as_ref().map(|from| from.value),
+            ..WhichFrames::NEXT
         }
     }
 
@@ -112,44 +129,30 @@ impl FramePattern {
                 .all(|(wanted, byte)| wanted.is_none_or(|wanted| wanted == *byte));
         let from = self.from.as_ref().is_none_or(|from| {
             senders.iter().any(|sender| match (from.value, sender) {
-                (Origin::Drive(place), Sender::Drive(drive)) => place == *drive,
-                (Origin::Outside, Sender::Outside(_)) => true,
+                (Participant::Drive(place), Sender::Drive(drive)) => place == *drive,
+                (Participant::Outside, Sender::Outside(_)) => true,
                 _ => false,
             })
         });
         id && data && from
     }
-
-    /// Words for people: `frames 0x181 from drive 1`.
-    pub(super) fn words(&self) -> String {
-        let mut words = match self.id {
-            Some((id, false)) => format!("frames 0x{id:03X}"),
-            Some((id, true)) => format!("frames 0x{id:08X}"),
-            None => "frames".to_owned(),
-        };
-        if self.mask != u32::MAX {
-            words.push_str(&format!(" (mask 0x{:X})", self.mask));
-        }
-        match self.from.as_ref().map(|from| from.value) {
-            Some(Origin::Drive(place)) => words.push_str(&format!(" from drive {place}")),
-            Some(Origin::Outside) => words.push_str(" from outside"),
-            None => {}
-        }
-        words
-    }
 }
 
-fn origin(value: Value<'_>, findings: &mut Findings<'_>) -> Option<Read<Origin>> {
+/// A drive, or `outside`.
+pub(super) fn participant(
+    value: Value<'_>,
+    findings: &mut Findings<'_>,
+) -> Option<Read<Participant>> {
     if let toml::de::DeValue::String(word) = value.get_ref()
         && word == "outside"
     {
         return Some(Read {
-            value: Origin::Outside,
+            value: Participant::Outside,
             span: value.span(),
         });
     }
     let place = place(value, FROM_FORM, findings)?;
-    Some(place.map(Origin::Drive))
+    Some(place.map(Participant::Drive))
 }
 
 /// A drive: a number, or a text as in "u1".

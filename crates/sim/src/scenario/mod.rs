@@ -21,6 +21,7 @@
 //! ([`Scenario::read`], [`Scenario::set_up`]); the [`Runner`] then plays its events inside the
 //! bus's own order of events, so the same seed and scenario give the same trace.
 
+mod act_rows;
 mod acts;
 mod arguments;
 mod check;
@@ -29,6 +30,7 @@ mod document;
 mod drives;
 mod event;
 mod frames;
+mod parameter_rows;
 mod parameters;
 mod perform;
 mod problem;
@@ -52,13 +54,14 @@ use self::section::{Read, Section};
 use crate::bus::BusSettings;
 use crate::place::Place;
 
-pub use self::acts::{ACTS, ActKind};
+pub use self::act_rows::ACTS;
+pub use self::acts::ActKind;
 pub use self::conditions::CONDITIONS;
 pub use self::document::{acts_document, parameters_document, parameters_template};
 pub use self::drives::DRIVE_KEYS;
 pub use self::event::EVENT_KEYS;
-pub use self::parameters::{PARAMETERS, Parameter};
-pub(crate) use self::perform::World;
+pub use self::parameter_rows::PARAMETERS;
+pub use self::parameters::Parameter;
 pub use self::problem::{Problem, Problems};
 pub use self::quantity::Quantity;
 pub(crate) use self::runner::Runner;
@@ -205,6 +208,7 @@ impl Scenario {
             for drive in &mut settings.drives {
                 check::world(self, drive, settings.seed, &mut findings);
             }
+            check::boards(self, &settings.drives, &mut findings);
         }
         settings.scenario = Some(self.clone());
         findings.finish(())

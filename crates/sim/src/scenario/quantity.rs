@@ -200,7 +200,7 @@ impl Quantity {
             Quantity::CurrentStep => const { &[unit("A/count", 1.0), unit("mA/count", 1e-3)] },
             Quantity::VoltageStep => const { &[unit("V/count", 1.0), unit("mV/count", 1e-3)] },
             Quantity::TemperatureStepPerCount => const { &[unit("K/count", 1.0)] },
-            Quantity::PerKelvin => const { &[unit("%/K", 0.01), unit("1/K", 1.0)] },
+            Quantity::PerKelvin => const { &[unit("1/K", 1.0), unit("%/K", 0.01)] },
         }
     }
 

@@ -174,7 +174,14 @@ impl<'t> Section<'t> {
         findings: &mut Findings<'_>,
     ) -> Option<Read<T>> {
         let form = format!("write {}", any_of(words.iter().map(|(word, _)| *word)));
-        let read = self.text(key, &form, findings)?;
+        let value = self.take(key)?;
+        let read = match value.get_ref() {
+            DeValue::Integer(number) if number.radix() == 10 => Read {
+                value: number.as_str(),
+                span: value.span(),
+            },
+            _ => text(value, key, &form, findings)?,
+        };
         let found = words.iter().find(|(word, _)| *word == read.value);
         let Some((_, value)) = found else {
             let remedy = match nearest(read.value, words.iter().map(|(word, _)| *word)) {

@@ -16,6 +16,11 @@ pub(super) enum Spread {
     Absolute(f64),
 }
 
+/// The seed of the drive at `place`.
+pub(super) fn seed_of(place: Place, seed: u64) -> u64 {
+    seed.rotate_left(17) ^ (u64::from(place.number()) << 56)
+}
+
 /// The parameter of the drive at `place`, drawn around `centre` and held within its limits. Each
 /// parameter has a generator of its own, so that a spread more or less leaves the others.
 pub(super) fn draw(
@@ -32,8 +37,7 @@ pub(super) fn draw(
         .fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
         });
-    let mixed = path ^ seed.rotate_left(17) ^ (u64::from(place.number()) << 56);
-    let mut random = Pcg64Mcg::seed_from_u64(mixed);
+    let mut random = Pcg64Mcg::seed_from_u64(path ^ seed_of(place, seed));
     // 53 bits: every step of it is a number of its own.
     let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
     let reach = match spread {
