@@ -184,12 +184,11 @@ impl Scenario {
         places
     }
 
-    /// The kind that it says the drive at `place` is.
+    /// The kind that a table of its own says the drive at `place` is, or `[drive.all]`.
     pub fn personality_of(&self, place: Place) -> Option<&'static Personality> {
-        let own = self.drives.iter().rev().filter(|drive| drive.is_of(place));
-        own.filter_map(|drive| drive.personality)
-            .next()
-            .or(self.personality)
+        let own = self.drives.iter().rev();
+        let mut own = own.filter(|drive| drive.is_of(place));
+        own.find_map(|drive| drive.personality)
     }
 
     /// Makes the drives of `settings` what it says, and has it played on their bus; `end` is when
