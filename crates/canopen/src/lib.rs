@@ -38,6 +38,7 @@ mod node;
 mod outbox;
 mod owner;
 mod pdo;
+mod rename;
 pub mod row;
 mod sdo;
 pub mod store;

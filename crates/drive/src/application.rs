@@ -1,6 +1,6 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, Verdict, store};
+use canopen::{Abort, Address, Changed, Image, Instant, NodeId, Verdict, store};
 use cia402::{
     Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
     Targets,
@@ -16,6 +16,7 @@ use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets
 use crate::faults::{FaultManager, Observation};
 use crate::inputs::{Asked, Word, analog_target};
 use crate::parameters::{LoopParameters, read_parameters};
+use crate::phasing::PhasingWatch;
 use crate::probes::{self, Probes};
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
@@ -34,11 +35,14 @@ pub(crate) struct Application {
     pub(crate) faults: FaultManager,
     feedback: Feedback<f32>,
     signals: Signals,
+    phasing: PhasingWatch,
     seen: Seen,
     /// What the control half has not taken yet.
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
+    /// To be taken once its write is acknowledged.
+    pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
     new_captures: News,
     probes: Probes,
@@ -79,10 +83,12 @@ impl Application {
             faults: FaultManager::new(personality),
             feedback,
             signals: Signals::QUIET,
+            phasing: PhasingWatch::default(),
             seen: Seen::default(),
             new_command: true,
             new_limits: false,
             new_parameters: true,
+            new_node_id: None,
             new_shift: None,
             new_captures: News::INVERTED,
             probes: Probes::default(),
@@ -199,8 +205,18 @@ impl Application {
         let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
+        let scales = &self.hardware.scales;
+        let phasing_error = self.phasing.tick(
+            self.feedback.current_q_a,
+            self.feedback.velocity,
+            self.loops.rotor_amperes_per_acceleration,
+            self.loops.continuous_a,
+        );
         let seen = Observation {
             now,
+            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
+                + scales.motor_temperature_zero_c,
+            phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             signals: &self.signals,
@@ -517,6 +533,15 @@ impl Application {
             self.axis.preset_position(shift);
             self.rename(shift);
             return Verdict::Done;
+        }
+        if self
+            .personality
+            .node_id
+            .is_some_and(|(address, _)| address == object)
+        {
+            // Its row has judged the range.
+            self.new_node_id = NodeId::new(raw as u8);
+            return Verdict::Accept;
         }
         let objects = &self.personality.axis;
         if objects.targets.interpolation_data == Some(object) {

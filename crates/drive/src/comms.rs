@@ -34,6 +34,21 @@ pub enum Request {
     /// Start over. After [`Reset::Node`] build the drive anew; after [`Reset::Communication`] call
     /// [`Comms::reset_communication`] with what is stored.
     Reset(Reset),
+    /// The drive answers to another node ID now. Until the next reset of the processor it is the
+    /// one to call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
+    NodeId(NodeId),
+}
+
+/// The node ID in stored parameters, of a drive that keeps its own there (the P3's 0x21B0). Damaged
+/// ones have none.
+pub fn stored_node_id(personality: &Personality, stored: &[u8]) -> Option<NodeId> {
+    let (address, _) = personality.node_id?;
+    let mut records = store::records(stored).ok()?;
+    let record = records.find(|record| record.address == address)?;
+    match *record.bytes {
+        [low, 0] => NodeId::new(low),
+        _ => None,
+    }
 }
 
 /// A communication half, the parameters with which the control half begins, and what was wrong with
@@ -51,6 +66,8 @@ pub struct Comms<M> {
     node: Node<M>,
     application: Application,
     reset: Option<Reset>,
+    /// The host has not been told yet.
+    renamed: Option<NodeId>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
     /// The controller has been off the bus since the last poll.
@@ -93,12 +110,14 @@ impl<M: NodeMemory> Comms<M> {
             store_damaged: health.store_damaged || damage.is_some(),
             ..health
         });
+        show_id(personality, &mut image, id);
         application.changed(&image, Changed::EVERYTHING);
         let comms = Comms {
             personality,
             node,
             application,
             reset: None,
+            renamed: None,
             restart_in: 0,
             was_bus_off: false,
             next_tick: Instant::NEVER,
@@ -175,10 +194,25 @@ impl<M: NodeMemory> Comms<M> {
     /// The next frame to send, if there is one.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
-        self.node.transmit(&mut Serving {
+        let frame = self.node.transmit(&mut Serving {
             application: &mut self.application,
             host,
-        })
+        });
+        if self.application.new_node_id.is_some() {
+            self.follow(frame.as_ref());
+        }
+        frame
+    }
+
+    /// Takes the node ID that was written, once the acknowledge is on its way with the old one.
+    #[cold]
+    fn follow(&mut self, sent: Option<&Frame>) {
+        if sent.is_none_or(|frame| self.node.is_sdo_answer(frame))
+            && let Some(id) = self.application.new_node_id.take()
+        {
+            self.node.rename(id);
+            self.renamed = Some(id);
+        }
     }
 
     /// A new command for the control half.
@@ -229,6 +263,9 @@ impl<M: NodeMemory> Comms<M> {
     pub fn take_request(&mut self) -> Option<Request> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
+        }
+        if let Some(id) = self.renamed.take() {
+            return Some(Request::NodeId(id));
         }
         let request = self.application.storage_request.take()?;
         Some(match self.application.restores {
@@ -291,6 +328,7 @@ impl<M: NodeMemory> Comms<M> {
     /// program memory is over; the host knows.
     pub fn reset_communication(&mut self, stored: &[u8], id: NodeId, now: Instant) {
         self.node.restart_communication(stored, id);
+        show_id(self.personality, &mut self.node.image(), id);
         let events = self.node.start(now);
         // No parameter of the axis has changed, and no set-point has come.
         let changed = Changed::NOTHING;
@@ -355,6 +393,13 @@ impl<M: NodeMemory> Comms<M> {
                 image.set(handle, code);
             }
         }
+    }
+}
+
+/// Shows the node ID where the drive has an object for it.
+fn show_id(personality: &Personality, image: &mut Image<'_>, id: NodeId) {
+    if let Some((_, handle)) = personality.node_id {
+        image.set(handle, u16::from(id.get()));
     }
 }
 

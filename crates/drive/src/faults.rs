@@ -62,6 +62,10 @@ pub(crate) struct Observation<'a> {
     pub(crate) conditions: Conditions,
     pub(crate) feedback: &'a Feedback<f32>,
     pub(crate) signals: &'a Signals,
+    /// Of the motor's winding, as its sensor tells, °C.
+    pub(crate) motor_temperature_c: f32,
+    /// The rotor runs away from its field.
+    pub(crate) phasing_error: bool,
     pub(crate) parameters_are_valid: bool,
     pub(crate) enabled: bool,
     /// In the order of 0x60FD.
@@ -373,8 +377,9 @@ impl FaultManager {
             Cause::NegativeLimitSwitch => is_pressed(seen, NEGATIVE_LIMIT),
             Cause::HomeSwitch => is_pressed(seen, HOME),
             Cause::Homing => conditions.homing_failed,
+            Cause::MotorTemperature => seen.motor_temperature_c > threshold,
+            Cause::MotorPhasing => seen.phasing_error,
             Cause::TorqueOff => seen.torque_lost,
-            Cause::MotorTemperature | Cause::MotorPhasing => false,
         }
     }
 }

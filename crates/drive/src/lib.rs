@@ -31,13 +31,14 @@ pub mod flash;
 mod host;
 mod inputs;
 mod parameters;
+mod phasing;
 mod probes;
 pub mod program;
 mod publish;
 mod serving;
 
 pub use captures::CaptureOrder;
-pub use comms::{Comms, Made, Request};
+pub use comms::{Comms, Made, Request, stored_node_id};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};

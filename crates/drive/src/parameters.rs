@@ -72,6 +72,10 @@ pub(crate) struct LoopParameters {
     pub(crate) pm_per_ampere: f32,
     /// Current fed forward for a demanded acceleration, A per count/s².
     pub(crate) amperes_per_acceleration: f32,
+    /// Current that accelerates the bare rotor, A per count/s².
+    pub(crate) rotor_amperes_per_acceleration: f32,
+    /// Current that the motor bears for ever, A.
+    pub(crate) continuous_a: f32,
     /// The encoder's.
     pub(crate) counts_per_turn: u32,
 }
@@ -198,19 +202,22 @@ pub(crate) fn read_parameters(
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,
-            literal: motor.i2t_is_literal,
+            literal: motor.i2t_rule.is_none_or(|rule| image.number(rule) == 0),
             continuous_a,
             peak_a,
             peak_time_s,
         },
     };
     let amperes_per_pm = rated_torque / torque_constant * 1e-3;
+    let rotor_amperes_per_acceleration =
+        tuning::acceleration_current(inertia, torque_constant, counts)?;
     let loops = LoopParameters {
         timing,
         amperes_per_pm,
         pm_per_ampere: torque_constant / rated_torque * 1e3,
-        amperes_per_acceleration: gains.acceleration_feed_forward
-            * tuning::acceleration_current(inertia, torque_constant, counts)?,
+        amperes_per_acceleration: gains.acceleration_feed_forward * rotor_amperes_per_acceleration,
+        rotor_amperes_per_acceleration,
+        continuous_a,
         counts_per_turn: counts_per_turn.unsigned_abs(),
     };
     Ok((parameters, loops))

@@ -381,8 +381,9 @@ pub struct MotorObjects {
     pub encoder_resolution: Field,
     /// Age of an encoder reading, s.
     pub encoder_lag: Scaled,
-    /// Whether the excess of current is summed as the manual prints it, or dimensionally right.
-    pub i2t_is_literal: bool,
+    /// The object that is 0 where the excess of current is limited as the P3's manual prints it, and
+    /// 1 where dimensionally right (P30). Without it: as printed.
+    pub i2t_rule: Option<Field>,
 }
 
 /// The amplifier and the controllers.

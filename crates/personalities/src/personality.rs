@@ -36,6 +36,8 @@ pub struct Personality {
     pub status_register: Option<canopen::Handle<u32>>,
     /// 0x1018,4: the serial number, which each device sets for itself.
     pub serial_number: Option<canopen::Handle<u32>>,
+    /// The object by which the node ID is changed, if there is one (the P3's 0x21B0).
+    pub node_id: Option<(canopen::Address, canopen::Handle<u16>)>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
     /// The object whose write presets the actual position, if there is one (the P3's 0x6064).

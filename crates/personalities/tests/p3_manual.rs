@@ -131,6 +131,7 @@ fn what_the_manual_does_not_list_is_little_and_has_a_reason() {
     assert_eq!(
         more,
         [
+            (0x21B0, 0), // node ID, l.225 (P5)
             (0x2402, 0), // change of 2017-07-20, l.1176 (P61)
             (0x3008, 1), // current sense of l.249, and the second phase
             (0x3008, 2),

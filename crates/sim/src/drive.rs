@@ -467,6 +467,10 @@ impl VirtualDrive {
                         }
                     }
                 }
+                Request::NodeId(id) => {
+                    self.station.rename(id);
+                    self.node = Some(id);
+                }
                 Request::Reset(Reset::Node) => {
                     self.lose_program();
                     self.boots_at = now.plus_ns(self.latency.boot_ns());
@@ -495,7 +499,7 @@ impl VirtualDrive {
             notice(NoticeKind::StoreFellBack { kept });
         }
         if !self.station.is_on() {
-            let bit_rate = self.station.power_on(self.store.bytes());
+            let bit_rate = self.station.power_on(self.personality, self.store.bytes());
             self.controller.tune(bit_rate, now);
         }
         self.node = self.station.node();

@@ -21,6 +21,8 @@ const ANSWERS: usize = 16;
 pub(crate) struct Station {
     /// What the drive is without stored configuration.
     node: Option<NodeId>,
+    /// What it has without LSS: stored, or changed while it runs.
+    own: Option<NodeId>,
     bit_rate: BitRate,
     /// What an LSS slave of this drive is, if it is one.
     slave_of: Option<(Identity, BitTimings)>,
@@ -42,6 +44,7 @@ impl Station {
         let is_slave = personality.device.dialect.lss;
         Station {
             node,
+            own: node,
             bit_rate,
             slave_of: is_slave.then(|| (identity(personality, serial), timings(personality))),
             slave: None,
@@ -51,7 +54,8 @@ impl Station {
     }
 
     /// The processor starts: what is stored becomes active. The bit rate to start with.
-    pub(crate) fn power_on(&mut self, stored: &[u8]) -> BitRate {
+    pub(crate) fn power_on(&mut self, personality: &Personality, stored: &[u8]) -> BitRate {
+        self.own = drive::stored_node_id(personality, stored).or(self.node);
         let Some((identity, supported)) = self.slave_of else {
             return self.bit_rate;
         };
@@ -87,7 +91,7 @@ impl Station {
     pub(crate) fn node(&self) -> Option<NodeId> {
         match &self.slave {
             Some(slave) => slave.node_id(),
-            None => self.node,
+            None => self.own,
         }
     }
 
@@ -96,8 +100,13 @@ impl Station {
         self.answers.clear();
         match &mut self.slave {
             Some(slave) => slave.reset_communication(),
-            None => self.node,
+            None => self.own,
         }
+    }
+
+    /// The drive has taken another node ID by itself.
+    pub(crate) fn rename(&mut self, id: NodeId) {
+        self.own = Some(id);
     }
 
     /// When [`VirtualDrive::poll_lss`] has something to do.

@@ -127,6 +127,7 @@ struct App {
     mode: i8,
     display: i8,
     save: Option<store::Request>,
+    id: Option<NodeId>,
 }
 
 impl App {
@@ -137,6 +138,7 @@ impl App {
             mode: 0,
             display: 0,
             save: None,
+            id: None,
         }
     }
 }
@@ -175,6 +177,10 @@ impl Owner for App {
                 (self.mode, self.display) = (mode.0, mode.0);
                 Verdict::Accept
             }
+            (0x21B0, 0) => {
+                self.id = NodeId::new(raw as u8);
+                Verdict::Accept
+            }
             (0x60EA, 0) | (0x3010, 4 | 5) => match self.display {
                 11 if object.index == 0x60EA => Verdict::Accept,
                 12 => Verdict::Accept,
@@ -207,7 +213,15 @@ impl Owner for App {
     }
 }
 
+fn stored_id(stored: &[u8]) -> Option<NodeId> {
+    let mut records = store::records(stored).unwrap();
+    let record = records.find(|record| record.address.index == 0x21B0)?;
+    NodeId::new(record.bytes[0])
+}
+
 struct Drive {
+    /// Until another one is stored.
+    first_id: NodeId,
     id: NodeId,
     node: Node<[u8; p3::IMAGE_BYTES]>,
     app: App,
@@ -220,6 +234,7 @@ impl Drive {
     fn new(id: NodeId) -> Drive {
         let node = Node::new(&P3.device, [0; p3::IMAGE_BYTES], id);
         Drive {
+            first_id: id,
             id,
             node,
             app: App::new(),
@@ -230,9 +245,12 @@ impl Drive {
 
     fn boot(&mut self, now: Instant) {
         self.boots_at = None;
+        self.id = stored_id(&self.stored).unwrap_or(self.first_id);
         self.node = Node::new(&P3.device, [0; p3::IMAGE_BYTES], self.id);
         self.app = App::new();
         store::load(&P3.device.table, &mut self.node.image(), &self.stored).unwrap();
+        let shown = u16::from(self.id.get());
+        self.node.image().set(P3.node_id.unwrap().1, shown);
         self.node.start(now);
     }
 
@@ -289,6 +307,10 @@ impl Nodes {
                 let last = self.coming.back().map_or(self.now, |(at, _)| *at);
                 self.coming
                     .push_back((last.max(self.now).plus_us(100), frame));
+            }
+            if let Some(id) = drive.app.id.take() {
+                drive.id = id;
+                drive.node.rename(id);
             }
         }
     }

@@ -45,6 +45,14 @@ pub(crate) const ROWS: &[Row] = &[
     u32(0x1F80, 0, "NMT startup").rw().store(Communication),
 ];
 
+/// The node ID (l.225, P5, P6), as the examples write it: two bytes. Set to the drive's own at start.
+pub(super) const NODE_ID_ROWS: &[Row] = &[u16(0x21B0, 0, "Network configuration: node ID")
+    .rw()
+    .range(1, 127)
+    .default(1)
+    .asks()
+    .store(Communication)];
+
 const fn rpdo_cob_id(index: u16, base: u32) -> Row {
     u32(index, 1, "RPDO COB ID")
         .rw()

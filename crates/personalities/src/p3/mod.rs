@@ -19,6 +19,7 @@ use crate::{ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
     communication::PDO_ROWS,
+    communication::NODE_ID_ROWS,
     motor::MOTOR_ROWS,
     motor::AMPLIFIER_ROWS,
     motor::GAIN_ROWS,
@@ -113,8 +114,9 @@ pub static P3: Personality = Personality {
     error_code: OBJECTS_CONST.optional(0x603F, 0),
     status_register: OBJECTS_CONST.optional(0x1002, 0),
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
-    stores_single_entry: Some(Address::new(0x1010, 4)), // P4
-    presets_position: Some(Address::new(0x6064, 0)),    // P25
+    node_id: Some((Address::new(0x21B0, 0), OBJECTS_CONST.handle(0x21B0, 0))), // P5
+    stores_single_entry: Some(Address::new(0x1010, 4)),                        // P4
+    presets_position: Some(Address::new(0x6064, 0)),                           // P25
     inputs: None,
     termination: None,
     host: None,

@@ -110,7 +110,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         // The manual leaves the unit open. Steps of a microsecond are what a calibration can walk
         // through: below, 50 steps change nothing that is measurable.
         encoder_lag: scaled(objects, 0x3013, 5, 1e-6),
-        i2t_is_literal: true, // P30
+        i2t_rule: None, // P30
     }
 }
 

@@ -9,6 +9,7 @@ mod faults;
 mod homing;
 mod inputs;
 mod modes;
+mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
@@ -22,6 +23,7 @@ const ROWS: &[&[Row]] = &[
     p3::motor::AMPLIFIER_ROWS,
     p3::motor::GAIN_ROWS,
     p3::axis::ROWS,
+    motor::ROWS,
     axis::ROWS,
     modes::ROWS,
     homing::ROWS,
@@ -64,7 +66,7 @@ pub static P3_EXTENDED: Personality = Personality {
     bit_rates: &can::BitRate::ALL,
     cia402: CIA402,
     axis: axis::axis(&OBJECTS_CONST),
-    motor: p3::motor::motor(&OBJECTS_CONST),
+    motor: motor::motor(&OBJECTS_CONST),
     amplifier: p3::motor::amplifier(&OBJECTS_CONST),
     faults: FAULTS,
     errors: ErrorRules {
@@ -76,6 +78,7 @@ pub static P3_EXTENDED: Personality = Personality {
     error_code: OBJECTS_CONST.optional(0x603F, 0),
     status_register: OBJECTS_CONST.optional(0x1002, 0),
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
+    node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     presets_position: Some(Address::new(0x6064, 0)),
     inputs: Some(inputs::objects(&OBJECTS_CONST)),

@@ -14,6 +14,7 @@ pub const SWITCH_ON_DISABLED: u16 = 0x40;
 pub const READY_TO_SWITCH_ON: u16 = 0x21;
 pub const OPERATION_ENABLED: u16 = 0x27;
 pub const QUICK_STOP_ACTIVE: u16 = 0x07;
+pub const FAULT_REACTION_ACTIVE: u16 = 0x0F;
 pub const FAULT: u16 = 0x08;
 
 /// "save".
@@ -109,6 +110,12 @@ impl Master {
         let [low, high] = index.to_le_bytes();
         let mut data = vec![0x22, low, high, sub];
         data.extend(value);
+        // The faithful P3 takes frames as short as the manual's, the extended one whole frames.
+        let takes_short = self.drive(node).personality().device.dialect.short_requests;
+        if !takes_short {
+            data[0] |= 1 | (4 - value.len() as u8) << 2;
+            data.resize(8, 0);
+        }
         let answer = self.ask(node, &data).expect("an answer");
         assert_eq!(answer[1..4], [low, high, sub]);
         match answer[0] {
@@ -142,11 +149,13 @@ impl Master {
     /// The raw 4 data bytes of an upload, or the abort code.
     pub fn try_read(&mut self, node: u8, index: u16, sub: u8) -> Result<[u8; 4], u32> {
         let [low, high] = index.to_le_bytes();
-        let answer = self.ask(node, &[0x40, low, high, sub]).expect("an answer");
+        let request = [0x40, low, high, sub, 0, 0, 0, 0];
+        let answer = self.ask(node, &request).expect("an answer");
         assert_eq!(answer[1..4], [low, high, sub]);
         let data: [u8; 4] = answer[4..].try_into().unwrap();
         match answer[0] {
-            0x42 => Ok(data),
+            // Without a size, as the faithful P3 answers, or with one, as the extended.
+            0x42 | 0x43 | 0x47 | 0x4B | 0x4F => Ok(data),
             0x80 => Err(u32::from_le_bytes(data)),
             other => panic!("{other:02X}"),
         }
