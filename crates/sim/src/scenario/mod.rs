@@ -18,7 +18,7 @@
 //!
 //! Reading is driven by tables, of which documents and listings are made too: [`PARAMETERS`],
 //! [`ACTS`], [`CONDITIONS`], [`EVENT_KEYS`]. A file is checked whole before anything starts
-//! ([`Scenario::read`], [`Scenario::set_up`]); the [`Runner`] then plays its events inside the
+//! ([`Scenario::read`], [`Scenario::set_up`]); the `Runner` then plays its events inside the
 //! bus's own order of events, so the same seed and scenario give the same trace.
 
 mod act_rows;
