@@ -75,6 +75,8 @@ fn what_it_adds() {
         (0x2431, 3, U8, true),
         (0x2431, 4, U8, true),
         (0x2431, 5, U8, true),
+        (0x2431, 6, U16, true),
+        (0x2431, 7, U16, true),
         (0x2432, 1, U8, true),
         (0x2432, 2, U16, true),
         (0x2432, 3, I32, true),
