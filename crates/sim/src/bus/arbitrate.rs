@@ -186,8 +186,8 @@ impl Bus {
             self.gateway.sent(*client);
             self.media.contend(*wire);
         }
-        if follows && let Some(sender) = senders.first() {
-            let is_lost = lost_at.contains(&Participant::Outside);
+        let is_lost = outside.is_none() && (!follows || lost_at.contains(&Participant::Outside));
+        if let Some(sender) = senders.first() {
             self.traffic.push(Traffic {
                 at: now,
                 frame: *frame,

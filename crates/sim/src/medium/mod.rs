@@ -8,6 +8,8 @@
 mod counters;
 mod decoder;
 mod protocol;
+#[cfg(test)]
+mod rules;
 
 pub use counters::{ErrorCounters, ErrorState};
 pub use protocol::ErrorKind;
@@ -54,8 +56,8 @@ pub struct Traffic {
     /// Who sent it.
     pub sender: Sender,
     /// How often outside programs get it: once, unless it is disturbed ([`crate::Disturbance`],
-    /// [`crate::WireAct`]). 0 of one that an outside program sent: its controller saw an error in
-    /// the last bit, and sends it again.
+    /// [`crate::WireAct`]) or their controller is bus-off. 0 of one that an outside program sent:
+    /// its controller saw an error in the last bit, and sends it again.
     pub copies: u8,
 }
 

@@ -200,6 +200,8 @@ impl Stage {
                 continue;
             };
             let sender = match traffic.sender {
+                // Without copies it was good for others only, and is sent again.
+                Sender::Outside(_) if traffic.copies == 0 => None,
                 Sender::Outside(number) => self.guests.sent(number, doors),
                 Sender::Drive(_) | Sender::Stranger => None,
             };
