@@ -146,6 +146,31 @@ fn with_sync_a_set_point_begins_with_it() {
 }
 
 #[test]
+fn what_is_buffered_does_not_wait_for_a_late_sync() {
+    let mut rig = rig(4);
+    for n in 1..=6 {
+        assert!(push(&mut rig, n * 40));
+    }
+    rig.word(GO);
+    sync(&mut rig);
+    rig.run_ms(4);
+    sync(&mut rig);
+    rig.run_ms(4);
+    assert_eq!(rig.axis.buffered(), 4);
+    // Now it is late: a tick of patience, then on.
+    rig.run_ms(1);
+    assert_eq!(rig.axis.buffered(), 4);
+    assert_eq!(rig.status() & ACTIVE, ACTIVE);
+    rig.run_ms(1);
+    assert_eq!(rig.axis.buffered(), 3);
+    // When it comes, the period that has begun is not cut short.
+    sync(&mut rig);
+    rig.run_ms(3);
+    assert_eq!(rig.axis.buffered(), 3);
+    assert!((rig.sample().position - 120.0).abs() < 1e-2);
+}
+
+#[test]
 fn a_faster_sync_does_not_hurry() {
     // SYNC each millisecond, set-points for 4 ms each.
     let mut rig = rig(4);

@@ -1,5 +1,5 @@
-//! `docs/modes.md` shows the transcripts of the extended P3 as they are, and each of them passes. A run
-//! with `WRITE_MODES=1` writes them into the page.
+//! `docs/modes.md` and `docs/homing.md` show the transcripts of the extended P3 as they are, and each
+//! of them passes. A run with `WRITE_MODES=1` writes them into the pages.
 
 mod support;
 
@@ -40,12 +40,25 @@ fn every_transcript_passes() {
 }
 
 #[test]
-fn the_page_shows_them_all() {
-    let path = root().join("docs/modes.md");
-    let page = std::fs::read_to_string(&path).unwrap();
+fn the_pages_show_them_all() {
+    let mut shown = BTreeSet::new();
+    for page in ["modes", "homing"] {
+        show(&root().join(format!("docs/{page}.md")), &mut shown);
+    }
+    let all: BTreeSet<String> = files()
+        .iter()
+        .map(|file| file.file_stem().unwrap().to_str().unwrap().to_string())
+        .collect();
+    shown.retain(|name| !name.starts_with("../"));
+    assert_eq!(shown, all);
+}
+
+/// Compares the transcripts in a page with the files, whose names are those of `transcripts/p3-extended`
+/// or go on from there. Notes which it shows.
+fn show(path: &Path, shown: &mut BTreeSet<String>) {
+    let page = std::fs::read_to_string(path).unwrap();
     let (mark, end) = ("<!-- transcript ", "<!-- end -->");
     let mut new = String::new();
-    let mut shown = BTreeSet::new();
     let mut parts = page.split(mark);
     new += parts.next().unwrap();
     for part in parts {
@@ -56,18 +69,14 @@ fn the_page_shows_them_all() {
         new += &format!("{mark}{name} -->\n```text\n{text}```\n{end}{rest}");
         shown.insert(name.to_string());
     }
-    let all: BTreeSet<String> = files()
-        .iter()
-        .map(|file| file.file_stem().unwrap().to_str().unwrap().to_string())
-        .collect();
-    assert_eq!(shown, all);
     if new == page {
         return;
     }
     assert!(
         std::env::var_os("WRITE_MODES").is_some(),
-        "docs/modes.md shows other transcripts; \
-         write them anew with WRITE_MODES=1 cargo test -p servobus --test modes"
+        "{} shows other transcripts; \
+         write them anew with WRITE_MODES=1 cargo test -p servobus --test modes",
+        path.display()
     );
-    std::fs::write(&path, new).unwrap();
+    std::fs::write(path, new).unwrap();
 }

@@ -67,20 +67,46 @@ impl Latched {
     }
 }
 
+/// The inputs there are: bits 0 to 3 are switches, 16 to 19 the general inputs.
+const SWITCHES: u32 = 0x0000_000F;
+const GENERAL: u32 = 0x000F_0000;
+const INPUTS: usize = 8;
+
+/// An input that has changed and may be bouncing.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    /// Position when it first left its old level.
+    position: i32,
+    /// The first index pulse since.
+    index: Option<i32>,
+    /// Periods since its level last changed.
+    quiet: u16,
+}
+
 /// The captures of one drive, beside its loops. Looks at the inputs once per control period.
 ///
 /// The position of an edge is the encoder's reading of the first period in which the input has
-/// changed: at a speed of v counts/s it is late by less than v times the period. The index is the
-/// encoder's count 0; where it was passed follows from the readings before and after.
+/// changed: at a speed of v counts/s it is late by less than v times the period. An input that
+/// bounces has changed when it has kept its new level for the filter time, and the position is that
+/// of its first bounce all the same. The index is the encoder's count 0; where it was passed follows
+/// from the readings before and after.
 #[derive(Clone, Copy, Debug)]
 pub struct Captures {
     inverted: u32,
+    /// Of the switches and of the general inputs, control periods.
+    filter: [u16; 2],
     counts_per_turn: i32,
     polarity: i32,
     triggers: [Trigger; LATCHES],
     latches: [Latched; LATCHES],
     started: bool,
+    /// As read in the last period.
     levels: u32,
+    /// Active, after the filter.
+    active: u32,
+    /// The inputs that may be bouncing.
+    changing: u32,
+    changes: [Change; INPUTS],
     encoder: i32,
     /// An index pulse may count.
     wants_index: bool,
@@ -91,12 +117,16 @@ impl Captures {
     pub fn new() -> Captures {
         Captures {
             inverted: 0,
+            filter: [0; 2],
             counts_per_turn: 0,
             polarity: 1,
             triggers: [Trigger::default(); LATCHES],
             latches: [Latched::default(); LATCHES],
             started: false,
             levels: 0,
+            active: 0,
+            changing: 0,
+            changes: [Change::default(); INPUTS],
             encoder: 0,
             wants_index: false,
         }
@@ -110,8 +140,17 @@ impl Captures {
 
     /// The inputs that are active when their level is low, a bit each. A change of these is no edge.
     pub fn set_inverted(&mut self, inverted: u32) {
-        self.levels ^= self.inverted ^ inverted;
+        let turned = (self.inverted ^ inverted) & (SWITCHES | GENERAL);
+        self.levels ^= turned;
+        self.active ^= turned;
+        self.changing &= !turned;
         self.inverted = inverted;
+    }
+
+    /// For how many control periods a switch, and a general input, must keep its level after a
+    /// change; 0: it need not.
+    pub fn set_filter(&mut self, switches: u16, general: u16) {
+        self.filter = [switches, general];
     }
 
     /// Sets a trigger, 0 to [`LATCHES`] − 1, and forgets what its latch has captured.
@@ -131,7 +170,7 @@ impl Captures {
     /// What is active and what has been captured, as of the last period.
     pub fn seen(&self) -> Seen {
         Seen {
-            active: self.levels,
+            active: self.active,
             latches: self.latches,
         }
     }
@@ -147,54 +186,74 @@ impl Captures {
     /// position that belongs to it.
     #[inline]
     pub fn period(&mut self, levels: u32, encoder: i32, position: i32) {
-        let levels = levels ^ self.inverted;
-        let edges = levels ^ self.levels;
-        if edges != 0 || self.wants_index || !self.started {
-            self.look(levels, edges, encoder, position);
+        let levels = (levels ^ self.inverted) & (SWITCHES | GENERAL);
+        if levels != self.levels || self.changing != 0 || self.wants_index || !self.started {
+            self.look(levels, encoder, position);
         }
         self.levels = levels;
         self.encoder = encoder;
     }
 
-    fn look(&mut self, levels: u32, edges: u32, encoder: i32, position: i32) {
+    fn look(&mut self, levels: u32, encoder: i32, position: i32) {
         if !core::mem::replace(&mut self.started, true) {
+            self.active = levels;
             return;
         }
         let index = self
             .past_index(encoder)
             .map(|past| position.wrapping_sub(past.wrapping_mul(self.polarity)));
+        // Within one period the order of edge and index is not known; the index is then taken to be
+        // before the edge.
         for (trigger, latched) in self.triggers.iter().zip(&mut self.latches) {
-            // Within one period the order of edge and index is not known; the index is then taken to
-            // be before the edge.
             let waits =
                 trigger.inputs != 0 && latched.rising_count == 0 && latched.falling_count == 0;
             if let Some(index) = index
                 && trigger.index
                 && !waits
             {
-                capture(
-                    &mut latched.index,
-                    &mut latched.index_count,
-                    index,
-                    trigger.continuous,
-                );
+                latched.index(index, trigger);
             }
-            let edges = edges & trigger.inputs;
-            if trigger.rising && edges & levels != 0 {
-                capture(
-                    &mut latched.rising,
-                    &mut latched.rising_count,
+        }
+        if levels == self.active && self.changing == 0 {
+            return;
+        }
+        let [switches, general] = self.filter;
+        let bits = (0..4).chain(16..20).map(|bit| 1u32 << bit);
+        for (bit, change) in bits.zip(&mut self.changes) {
+            if self.changing & bit == 0 {
+                if (levels ^ self.active) & bit == 0 {
+                    continue;
+                }
+                self.changing |= bit;
+                *change = Change {
                     position,
-                    trigger.continuous,
-                );
+                    ..Change::default()
+                };
+            } else {
+                change.index = change.index.or(index);
+                change.quiet = match (levels ^ self.levels) & bit {
+                    0 => change.quiet.saturating_add(1),
+                    _ => 0,
+                };
             }
-            if trigger.falling && edges & !levels != 0 {
-                capture(
-                    &mut latched.falling,
-                    &mut latched.falling_count,
-                    position,
-                    trigger.continuous,
-                );
+            let filter = if bit & SWITCHES != 0 {
+                switches
+            } else {
+                general
+            };
+            if change.quiet < filter {
+                continue;
+            }
+            self.changing &= !bit;
+            if (levels ^ self.active) & bit == 0 {
+                continue;
+            }
+            self.active ^= bit;
+            let rises = levels & bit != 0;
+            for (trigger, latched) in self.triggers.iter().zip(&mut self.latches) {
+                if trigger.inputs & bit != 0 {
+                    latched.edge(rises, change, trigger);
+                }
             }
         }
     }
@@ -226,6 +285,36 @@ impl Captures {
 impl Default for Captures {
     fn default() -> Captures {
         Captures::new()
+    }
+}
+
+impl Latched {
+    fn edge(&mut self, rises: bool, change: &Change, trigger: &Trigger) {
+        let is_first = self.rising_count == 0 && self.falling_count == 0;
+        let (wanted, place, count) = if rises {
+            (trigger.rising, &mut self.rising, &mut self.rising_count)
+        } else {
+            (trigger.falling, &mut self.falling, &mut self.falling_count)
+        };
+        if !wanted {
+            return;
+        }
+        capture(place, count, change.position, trigger.continuous);
+        if let Some(index) = change.index
+            && trigger.index
+            && is_first
+        {
+            self.index(index, trigger);
+        }
+    }
+
+    fn index(&mut self, position: i32, trigger: &Trigger) {
+        capture(
+            &mut self.index,
+            &mut self.index_count,
+            position,
+            trigger.continuous,
+        );
     }
 }
 
@@ -409,5 +498,44 @@ mod tests {
         captures.period(0xF, 4_000, 4_000);
         captures.period(0xF, 3_990, 3_990);
         assert_eq!(captures.seen().latches[0], Latched::default());
+    }
+
+    #[test]
+    fn a_bouncing_switch_counts_once_and_where_it_first_touched() {
+        let mut rotor = Rotor::at(4_000, 1);
+        rotor.captures.set_filter(5, 0);
+        rotor.captures.set_trigger(
+            1,
+            Trigger {
+                inputs: 4,
+                falling: true,
+                index: true,
+                ..Trigger::default()
+            },
+        );
+        // It closes with bounces, in which it opens, too; 5 periods later it is closed.
+        for level in [4, 0, 4, 0, 0, 4, 4, 4, 4, 4] {
+            rotor.levels = level;
+            rotor.go(3);
+            assert_eq!(rotor.captures.seen().active, 0);
+        }
+        rotor.go(3);
+        assert_eq!(rotor.captures.seen().active, 4);
+        assert_eq!(rotor.latched().falling_count, 0);
+        // A disturbance shorter than the filter is none.
+        for level in [0, 0, 0, 0, 4, 4, 4, 4, 4, 4, 4] {
+            rotor.levels = level;
+            rotor.go(1);
+        }
+        assert_eq!(rotor.latched(), Latched::default());
+        // It opens at 4053 and bounces beyond the index, which is after the first touch.
+        let place = rotor.place;
+        for level in [0, 4, 0, 0, 0, 0, 0, 0] {
+            rotor.levels = level;
+            rotor.go(10);
+        }
+        let latched = rotor.latched();
+        assert_eq!((latched.falling, latched.falling_count), (place + 10, 1));
+        assert_eq!((latched.index, latched.index_count), (4_096, 1));
     }
 }

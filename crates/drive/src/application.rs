@@ -290,6 +290,13 @@ impl Application {
             let homing = self.axis.trigger().map(homing_trigger);
             CaptureOrder {
                 inverted: inputs.map_or(0, |inputs| image.raw(inputs.inverted)),
+                filter: inputs.map_or([0; 2], |inputs| {
+                    inputs.filter_us.map(|object| {
+                        let ns = image.raw(object).saturating_mul(1000);
+                        let periods = self.loops.timing.control_periods(ns);
+                        u16::try_from(periods).unwrap_or(u16::MAX)
+                    })
+                }),
                 triggers: [
                     homing.filter(|_| news.has(News::HOMING)),
                     news.has(News::PROBE_1).then(|| self.probes.trigger(0)),

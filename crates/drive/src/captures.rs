@@ -13,6 +13,8 @@ pub(crate) const HOME: u32 = 1 << 2;
 pub struct CaptureOrder {
     /// The inputs that are active when low.
     pub inverted: u32,
+    /// For how long switches, and general inputs, must keep a new level, control periods.
+    pub filter: [u16; 2],
     /// New triggers; `None`: as it was.
     pub triggers: [Option<Trigger>; LATCHES],
 }

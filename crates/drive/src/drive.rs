@@ -216,6 +216,8 @@ impl<M: NodeMemory> Drive<M> {
         }
         if let Some(order) = self.comms.take_captures() {
             self.captures.set_inverted(order.inverted);
+            let [switches, general] = order.filter;
+            self.captures.set_filter(switches, general);
             for (latch, trigger) in order.triggers.into_iter().enumerate() {
                 if let Some(trigger) = trigger {
                     self.captures.set_trigger(latch, trigger);

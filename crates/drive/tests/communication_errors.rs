@@ -204,3 +204,51 @@ fn bus_off_leaves_operational_as_the_error_behaviour_says() {
         assert_eq!(bench.drive.comms().node().state(), expected, "{behaviour}");
     }
 }
+
+/// 0x6007, and 0x2405 as the drive starts with it: 0.
+#[test]
+fn bus_off_under_power_is_a_lost_connection() {
+    use cia402::State;
+    for (option, enabled, state, told) in [
+        (0, true, State::OperationEnabled, false),
+        (1, true, State::Fault, true),
+        (1, false, State::ReadyToSwitchOn, false),
+        (2, true, State::SwitchOnDisabled, false),
+        (3, true, State::QuickStopActive, false),
+    ] {
+        let mut bench = Bench::new(&p3_extended::P3_EXTENDED);
+        bench.write(0x6007, 0, option, 2);
+        bench.write(0x605A, 0, 6, 2);
+        bench.write(0x6060, 0, 3, 1);
+        bench.write(0x6040, 0, 0x06, 2);
+        if enabled {
+            bench.write(0x6040, 0, 0x0F, 2);
+        }
+        assert_eq!(bench.ticks(3), []);
+        bench.drive.report(Health {
+            bus_off_recovered: true,
+            ..Health::default()
+        });
+        let expected: &[(u16, u8, u16)] = if told { &[(0x8140, 0x11, 0)] } else { &[] };
+        assert_eq!(bench.ticks(5), expected, "{option}");
+        assert_eq!(bench.drive.comms().axis().state(), state, "{option}");
+        if told {
+            // Latched until it is reset.
+            assert!(!bench.drive.comms().axis().statusword().warning());
+            bench.write(0x6040, 0, 0x80, 2);
+            assert_eq!(bench.ticks(2), [(0, 0, 0x8140)]);
+            let state = bench.drive.comms().axis().state();
+            assert_eq!(state, State::SwitchOnDisabled);
+        }
+    }
+    // The faithful drive has no such object.
+    let mut bench = Bench::new(&p3::P3);
+    bench.write(0x6040, 0, 0x86, 2);
+    bench.write(0x6040, 0, 0x0F, 2);
+    bench.drive.report(Health {
+        bus_off_recovered: true,
+        ..Health::default()
+    });
+    assert_eq!(bench.ticks(5), []);
+    assert_eq!(bench.drive.comms().axis().state(), State::OperationEnabled);
+}

@@ -249,6 +249,8 @@ pub struct InputObjects {
     pub active: Handle<u32>,
     /// The inputs that are active when their level is low, a bit each.
     pub inverted: Field,
+    /// How long switches, and general inputs, must keep a new level, µs.
+    pub filter_us: [Field; 2],
     /// What each general input does, an [`InputFunction`].
     pub functions: [Field; 4],
     /// 0x60FE,1 and 2: the outputs, and which of them are driven.

@@ -57,8 +57,8 @@ fn what_it_adds() {
             added.push((address.index, address.sub, row.data_type, writable));
         }
     }
-    // The P4's name for the terminating resistor.
-    let mut expected: Vec<_> = vec![(0x21B2, 0, U8, true)];
+    // Which reading of the I²t formula; the P4's name for the terminating resistor.
+    let mut expected: Vec<_> = vec![(0x2113, 0, U8, true), (0x21B2, 0, U8, true)];
     expected.extend((1..=12).map(|sub| (0x2410, sub, U8, true)));
     // Memory for transfers of masters under test; then types and access of CiA 402.
     expected.extend([
@@ -75,6 +75,8 @@ fn what_it_adds() {
         (0x2431, 3, U8, true),
         (0x2431, 4, U8, true),
         (0x2431, 5, U8, true),
+        (0x2431, 6, U16, true),
+        (0x2431, 7, U16, true),
         (0x2432, 1, U8, true),
         (0x2432, 2, U16, true),
         (0x2432, 3, I32, true),

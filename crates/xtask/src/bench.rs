@@ -22,6 +22,8 @@ pub(crate) fn run(workspace: &Workspace, json: Option<&Path>) -> StepResult {
         "--release",
         "--package",
         "servobus-bench",
+        "--bin",
+        "servobus-bench",
         "--",
     ]);
     let skipped = match motulator(workspace) {

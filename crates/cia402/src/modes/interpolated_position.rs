@@ -197,11 +197,15 @@ impl Generator for InterpolatedPosition {
                 Some(path.tick())
             }
             Stage::Following { late } => {
-                // A successor may be late by a tick.
+                // SYNC, or a successor, may be late by a tick. Then what is buffered does not wait.
                 if inputs.present.left_ns == 0 {
                     *late = late.saturating_add(1);
                     if *late > 1 {
-                        self.stage = Stage::Held;
+                        let next = self.take_next(inputs);
+                        if next.is_none() {
+                            self.stage = Stage::Held;
+                        }
+                        return next;
                     }
                 }
                 None

@@ -60,7 +60,7 @@ impl Shape {
     }
 }
 
-/// Fits a response, a constant and a slope to samples of (time, value). The step is at time 0 and
+/// Fits a response, a constant and (but for a lag) a slope to samples of (time, value). The step is at time 0 and
 /// may take `latest_s` to act; `guess` is a natural frequency to begin with, rad/s.
 pub(crate) fn fit_step(
     samples: &[(f64, f64)],
@@ -76,7 +76,11 @@ pub(crate) fn fit_step(
             .iter()
             .map(|(t, y)| {
                 let response = shape.at(t - begins_s, omega, damping);
-                (vec![1.0, response, t + 1.0], *y)
+                match shape {
+                    // A slope and a slow lag would be hard to tell apart.
+                    Shape::Lag => (vec![1.0, response], *y),
+                    Shape::Step | Shape::Pulse => (vec![1.0, response, t + 1.0], *y),
+                }
             })
             .collect();
         let found = fit(&rows)?;
@@ -160,7 +164,8 @@ mod tests {
         (-10..80)
             .map(|n| {
                 let t = f64::from(n) * 1e-3;
-                let y = 4.0 + 30.0 * t + 50.0 * shape.at(t - 0.4e-3, omega, damping);
+                let slope = if shape == Shape::Lag { 0.0 } else { 30.0 };
+                let y = 4.0 + slope * t + 50.0 * shape.at(t - 0.4e-3, omega, damping);
                 // Noise of a quarter of a count, always the same.
                 (t, y + 0.25 * f64::from((n * 7919) % 13 - 6) / 6.0)
             })

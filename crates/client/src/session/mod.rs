@@ -10,6 +10,7 @@ mod objects;
 mod power;
 mod ready;
 mod record;
+mod run;
 
 use canopen::{Instant, NodeId};
 
@@ -20,6 +21,7 @@ pub use objects::Object;
 pub(crate) use objects::*;
 pub(crate) use ready::Motor;
 pub(crate) use record::{Recorder, Sample};
+pub(crate) use run::{Driven, Run, unwrapped};
 
 /// Who looks on: is told what happens, and may end it.
 pub trait Watch {

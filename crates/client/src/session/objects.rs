@@ -45,6 +45,7 @@ objects! {
     SYNC_LOSS = 0x2406, 0, U16, "SYNC loss fault time-out", "ms";
     SUPPLY = 0x3000, 1, U16, "sensed bus voltage", "0.1 V";
     TEMPERATURE = 0x3000, 2, I16, "amplifier temperature", "degC";
+    PWM_FREQUENCY = 0x3001, 1, U32, "PWM frequency", "Hz";
     AMPLIFIER_CURRENT = 0x3001, 8, I16, "maximum current", "mA";
     CURRENT_SENSE_A = 0x3008, 1, U16, "filtered current sense, phase A", "count/16";
     CURRENT_SENSE_B = 0x3008, 2, U16, "filtered current sense, phase B", "count/16";
@@ -77,11 +78,9 @@ objects! {
     MODE = 0x6060, 0, I8, "mode of operation", "";
     MODE_DISPLAY = 0x6061, 0, I8, "mode of operation display", "";
     POSITION = 0x6064, 0, I32, "actual position", "count";
-    VELOCITY = 0x606C, 0, I32, "actual velocity", "count/s";
     TARGET_TORQUE = 0x6071, 0, I16, "target torque", "permille";
     RATED_TORQUE = 0x6076, 0, I32, "rated torque", "mNm";
     ACTUAL_TORQUE = 0x6077, 0, I16, "actual torque", "permille";
-    ACTUAL_CURRENT = 0x6078, 0, I16, "actual current", "mA";
     USER_POLARITY = 0x607E, 0, I8, "user polarity", "";
     MAX_MOTOR_VELOCITY = 0x6080, 0, I32, "no-load speed", "count/s";
     VELOCITY_OFFSET = 0x60B1, 0, I32, "velocity offset", "count/s";

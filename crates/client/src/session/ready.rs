@@ -2,8 +2,8 @@
 
 use super::{
     AMPLIFIER_CURRENT, CONTINUOUS_CURRENT, Cause, DEVICE_TYPE, ENCODER_RESOLUTION, Finding,
-    INDUCTANCE, MAX_SUPPLY, MAX_TEMPERATURE, MIN_SUPPLY, PEAK_CURRENT, POLES, RATED_TORQUE,
-    RESISTANCE, ROTOR_INERTIA, SUPPLY, Session, TEMPERATURE, TORQUE_CONSTANT, VELOCITY, Watch,
+    INDUCTANCE, MAX_SUPPLY, MAX_TEMPERATURE, MIN_SUPPLY, PEAK_CURRENT, POLES, POSITION,
+    RATED_TORQUE, RESISTANCE, ROTOR_INERTIA, SUPPLY, Session, TEMPERATURE, TORQUE_CONSTANT, Watch,
 };
 use crate::Link;
 
@@ -52,6 +52,10 @@ const LEAST_SUPPLY_V: f64 = 12.0;
 const GREATEST_SUPPLY_V: f64 = 60.0;
 /// How far below its limit the amplifier shall be.
 const COOLER_BY_K: f64 = 5.0;
+/// A shaft may take so long to run out, ms, and stands still below a speed, turn/s.
+const RUN_OUT_MS: u64 = 20_000;
+const LOOK_MS: u64 = 100;
+const STANDING: f64 = 0.03;
 /// Limit where the drive has none, °C.
 const WARM_C: f64 = 85.0;
 
@@ -100,16 +104,35 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             remedy: "let it cool down",
         })?;
         let motor = self.motor(supply_v).await?;
-        let speed = self.read(VELOCITY).await? as f64 / motor.counts;
-        ready(Finding {
-            what: "the speed of the shaft (0x606C)",
-            seen: speed,
-            low: -0.2,
-            high: 0.2,
-            unit: "turn/s",
-            remedy: "wait until it stands still, and see that nothing drives it",
-        })?;
+        self.standstill(&motor).await?;
         Ok(motor)
+    }
+
+    /// Waits until the shaft stands still: it may run out from what was before. The way within a
+    /// time is looked at, because the speed of a noisy encoder is never 0.
+    async fn standstill(&mut self, motor: &Motor) -> Result<(), Cause> {
+        let until = self.client.now().plus_ms(RUN_OUT_MS);
+        let mut before = self.read(POSITION).await?;
+        loop {
+            self.wait(LOOK_MS).await?;
+            let now = self.read(POSITION).await?;
+            let way = f64::from((now as i32).wrapping_sub(before as i32));
+            let speed = way / motor.counts / (LOOK_MS as f64 * 1e-3);
+            if speed.abs() <= STANDING {
+                return Ok(());
+            }
+            if self.client.now() >= until {
+                return ready(Finding {
+                    what: "the speed of the shaft",
+                    seen: speed,
+                    low: -STANDING,
+                    high: STANDING,
+                    unit: "turn/s",
+                    remedy: "wait until it stands still, and see that nothing drives it",
+                });
+            }
+            before = now;
+        }
     }
 
     async fn motor(&mut self, supply_v: f64) -> Result<Motor, Cause> {

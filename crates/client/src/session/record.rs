@@ -197,11 +197,26 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
 
     /// Records for `count` SYNCs, one every `ms`. Before each, `command` is asked for the values of
     /// the commanded objects that take effect with the SYNC after it; it is told the number of the
-    /// SYNC and the sample before. `None` ends the recording early.
+    /// SYNC and the sample before. `None` ends the recording early. In the end the set-points
+    /// become `neutral`, also if the recording fails.
     ///
     /// # Errors
     /// The drive left operation enabled, or more than a tenth of the samples did not come.
     pub(crate) async fn record(
+        &mut self,
+        count: usize,
+        ms: u64,
+        neutral: &[i64],
+        command: impl FnMut(usize, Option<&Sample>) -> Option<Vec<i64>>,
+    ) -> Result<Vec<Sample>, Cause> {
+        let recorded = self.recorded(count, ms, command).await;
+        // What was sent last would take effect with any later SYNC.
+        self.exchange(Some(neutral), ms).await?;
+        self.exchange(None, ms).await?;
+        recorded
+    }
+
+    async fn recorded(
         &mut self,
         count: usize,
         ms: u64,

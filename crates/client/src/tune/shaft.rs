@@ -1,12 +1,9 @@
 //! What hangs on the shaft: inertia, friction, load, from steps of torque.
 
-use cia402::Mode;
-
 use crate::Link;
 use crate::fit::fit;
 use crate::session::{
-    ACTUAL_TORQUE, Cause, Finding, MAX_MOTOR_VELOCITY, Motor, POSITION, Sample, Session,
-    TARGET_TORQUE, Watch,
+    ACTUAL_TORQUE, Cause, Finding, MAX_MOTOR_VELOCITY, Motor, POSITION, Run, Sample, Session, Watch,
 };
 
 /// The mechanics as the drive's loops see them.
@@ -29,16 +26,6 @@ const RISE_S: f64 = 0.03;
 /// Torque, per mille of rated.
 const LEAST_PM: f64 = 120.0;
 const MOST_PM: f64 = 700.0;
-/// Samples, one each millisecond, that one direction of torque may take.
-const LONGEST: usize = 400;
-
-/// Where a run to and fro is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Leg {
-    Out,
-    Back,
-    Home,
-}
 
 impl<L: Link, W: Watch> Session<'_, L, W> {
     /// Drives the shaft to and fro by torque and computes from its way what hangs on it. Ends
@@ -61,76 +48,19 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         if old_limit == 0 || old_limit > limit {
             self.borrow(MAX_MOTOR_VELOCITY, limit).await?;
         }
-        self.write(TARGET_TORQUE, 0).await?;
-        self.start_recording(&[POSITION, ACTUAL_TORQUE], &[TARGET_TORQUE])
-            .await?;
-        self.enable().await?;
-        self.set_mode(Mode::CYCLIC_TORQUE.0).await?;
-        let mut speedometer = Speedometer::default();
-        let (mut leg, mut left) = (Leg::Out, LONGEST);
-        let mut lost = None;
-        let command = |_: usize, seen: Option<&Sample>| {
-            let speed = speedometer.speed(seen);
-            let next = match leg {
-                Leg::Out if speed >= turn_round => Leg::Back,
-                Leg::Back if speed <= -turn_round => Leg::Home,
-                Leg::Home if speed >= 0.0 => return None,
-                same => same,
-            };
-            left = if next == leg { left - 1 } else { LONGEST };
-            leg = next;
-            let runs_away = leg == Leg::Out && speed <= -turn_round;
-            if left == 0 || runs_away {
-                lost = Some((leg, speed));
-                return None;
-            }
-            let sign = if leg == Leg::Back { -1.0 } else { 1.0 };
-            Some(vec![(sign * torque) as i64])
+        let run = Run {
+            torque_pm: torque as i64,
+            turn_round,
+            cycles: 1,
+            position: 0,
+            wraps: None,
+            sense: 1.0,
         };
-        let samples = self.record(3 * LONGEST, 1, command).await;
-        self.write(TARGET_TORQUE, 0).await?;
-        let samples = samples?;
-        self.power_off().await?;
-        self.stop_recording().await?;
-        if let Some((leg, speed)) = lost {
-            let wanted = match leg {
-                Leg::Back => -turn_round,
-                Leg::Out | Leg::Home => turn_round,
-            };
-            return Err(Finding {
-                what: "the speed that the torque gives the shaft",
-                seen: speed / wanted * 100.0,
-                low: 100.0,
-                high: f64::INFINITY,
-                unit: "% of the wanted one",
-                remedy: "the shaft is blocked or loaded, or the electrical zero is wrong; free \
-                         the shaft and calibrate",
-            }
-            .into());
-        }
+        let driven = self
+            .to_and_fro(motor, &[POSITION, ACTUAL_TORQUE], &run)
+            .await?;
+        let samples: Vec<Sample> = driven.into_iter().map(|driven| driven.sample).collect();
         mechanics(&samples, motor)
-    }
-}
-
-/// Speed from the last positions.
-#[derive(Debug, Default)]
-struct Speedometer {
-    last: Vec<(f64, f64)>,
-}
-
-impl Speedometer {
-    /// Counts/s over the last four samples.
-    fn speed(&mut self, seen: Option<&Sample>) -> f64 {
-        if let Some(sample) = seen {
-            self.last.push((sample.time_s, sample.values[0]));
-            if self.last.len() > 4 {
-                self.last.remove(0);
-            }
-        }
-        match (self.last.first(), self.last.last()) {
-            (Some(from), Some(to)) if to.0 > from.0 => (to.1 - from.1) / (to.0 - from.0),
-            _ => 0.0,
-        }
     }
 }
 

@@ -12,6 +12,8 @@ pub(super) struct Steps {
     pub(super) size: i64,
     /// How long each lasts, ms.
     pub(super) hold_ms: usize,
+    /// How many there are, a multiple of [`COUNT`].
+    pub(super) count: usize,
     /// The target is a position, not a velocity.
     pub(super) position: bool,
 }
@@ -54,30 +56,39 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         steps: &Steps,
         origin: i64,
     ) -> Result<Vec<(f64, f64)>, Cause> {
-        let run = RUN_UP_MS + (FIRST + COUNT) * steps.hold_ms;
+        let run = RUN_UP_MS + (FIRST + steps.count) * steps.hold_ms;
         let full = steps.speed_per_ms as f64;
-        // The way of an even run-up, and of the speed behind it.
+        // The way of an even run-up, of the speed behind it, and of an even run-out.
         let way = |n: usize| {
-            let (n, up) = (n as f64, RUN_UP_MS as f64);
-            match n < up {
-                true => 0.5 * full * n * n / up,
-                false => full * (n - 0.5 * up),
+            let (n, up, end) = (n as f64, RUN_UP_MS as f64, run as f64);
+            let even = full * (n.min(end) - 0.5 * up);
+            match (n < up, n > end) {
+                (true, _) => 0.5 * full * n * n / up,
+                (_, true) => even + full * (n - end - 0.5 * (n - end).powi(2) / up),
+                _ => even,
             }
         };
         let command = |n: usize, _: Option<&Sample>| {
+            let out = (n.saturating_sub(run) as f64 / RUN_UP_MS as f64).min(1.0);
+            let up = (n as f64 / RUN_UP_MS as f64).min(1.0);
             let target = match steps.position {
                 true => origin + way(n).round() as i64,
-                false => (1e3 * full * (n as f64 / RUN_UP_MS as f64).min(1.0)) as i64,
+                false => (1e3 * full * (up - out)) as i64,
             };
             let half = steps.size / 2;
             let stepped = match n.checked_sub(RUN_UP_MS) {
+                _ if n > run => 0,
                 Some(after) if after / steps.hold_ms % 2 == 0 => half,
                 Some(_) => -half,
                 None => 0,
             };
             Some(vec![target, stepped])
         };
-        let samples = self.record(run, 1, command).await?;
+        let rest = match steps.position {
+            true => origin + way(run + RUN_UP_MS).round() as i64,
+            false => 0,
+        };
+        let samples = self.record(run + RUN_UP_MS, 1, &[rest, 0], command).await?;
         let mut sums = vec![(0.0, 0.0); steps.hold_ms];
         for sample in &samples {
             let n = (sample.time_s * 1e3).round() as usize;
@@ -86,7 +97,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
                 continue;
             };
             let (number, place) = (after / steps.hold_ms, after % steps.hold_ms);
-            if (FIRST..FIRST + COUNT).contains(&number) {
+            if (FIRST..FIRST + steps.count).contains(&number) {
                 let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
                 let beside = sample.values[0] - origin as f64 - way(n);
                 let sum = &mut sums[place];
@@ -99,7 +110,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         };
         Finding {
             what: "the way of the shaft",
-            seen: travelled / way(run) * 100.0,
+            seen: travelled / way(run + RUN_UP_MS) * 100.0,
             low: 80.0,
             high: 120.0,
             unit: "% of the commanded one",

@@ -126,6 +126,9 @@ struct App {
     controlword: Controlword,
     mode: i8,
     display: i8,
+    /// Homing is done, and in the mode in force.
+    is_homed: bool,
+    attained: bool,
     save: Option<store::Request>,
     id: Option<NodeId>,
 }
@@ -137,6 +140,8 @@ impl App {
             controlword: Controlword(0),
             mode: 0,
             display: 0,
+            is_homed: false,
+            attained: false,
             save: None,
             id: None,
         }
@@ -161,6 +166,10 @@ impl Owner for App {
                 if entered {
                     (self.mode, self.display) = (0, 0);
                 }
+                // Homing where it stands.
+                if self.display == 6 && self.controlword.start_homing() {
+                    (self.is_homed, self.attained) = (true, true);
+                }
                 if self.state == State::QuickStopActive && !stays {
                     self.state = State::SwitchOnDisabled;
                 }
@@ -175,6 +184,7 @@ impl Owner for App {
                     return Verdict::Refuse(Abort::DEVICE_STATE);
                 }
                 (self.mode, self.display) = (mode.0, mode.0);
+                self.attained = false;
                 Verdict::Accept
             }
             (0x21B0, 0) => {
@@ -205,7 +215,17 @@ impl Owner for App {
     }
 
     fn publish(&mut self, image: &mut Image<'_>) {
-        let status = u32::from(self.state.pattern()) | 0x10;
+        let homing = match (self.display, self.attained) {
+            (6, true) => 0x1400,
+            (6, false) => 0x0400,
+            _ => 0,
+        };
+        let status = u32::from(self.state.pattern()) | 0x10 | homing;
+        image.set_raw(p3::OBJECTS.need(0x2402, 0), u32::from(self.is_homed));
+        if self.is_homed {
+            let offset = image.raw(p3::OBJECTS.need(0x607C, 0));
+            image.set_raw(p3::OBJECTS.need(0x6064, 0), offset);
+        }
         image.set_raw(p3::OBJECTS.need(0x6041, 0), status);
         image.set_raw(p3::OBJECTS.need(0x6061, 0), self.display as u8 as u32);
         image.set_raw(p3::OBJECTS.need(0x3008, 1), 0x7296);

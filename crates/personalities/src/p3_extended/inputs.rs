@@ -22,6 +22,9 @@ pub(super) const ROWS: &[Row] = &[
     limit(u8(0x2431, 3, "Function of general input 2").range(0, 4)),
     limit(u8(0x2431, 4, "Function of general input 3").range(0, 4)),
     limit(u8(0x2431, 5, "Function of general input 4").range(0, 4)),
+    // Contacts bounce, sensors do not.
+    limit(u16(0x2431, 6, "Filter time of the switches").unit("us").default(1000)),
+    limit(u16(0x2431, 7, "Filter time of the general inputs").unit("us")),
     limit(u8(0x2432, 1, "Analog command target").range(0, 2)),
     limit(u16(0x2432, 2, "Analog command offset").range(0, 4095).default(2048)),
     limit(i32(0x2432, 3, "Analog command scale")),
@@ -52,6 +55,7 @@ pub(super) const fn objects<const N: usize>(objects: &Dictionary<N>) -> InputObj
     InputObjects {
         active: objects.handle(0x60FD, 0),
         inverted: objects.need(0x2431, 1),
+        filter_us: [objects.need(0x2431, 6), objects.need(0x2431, 7)],
         functions: [
             objects.need(0x2431, 2),
             objects.need(0x2431, 3),

@@ -92,10 +92,25 @@ pub(crate) fn individual(seed: u64) -> Individual {
         rated_torque_mnm: (rated * 1e3).round() as i64,
         no_load_counts_s: (no_load / std::f64::consts::TAU * COUNTS) as i64,
     };
-    Individual {
-        sheet,
-        truth: Spread::TYPICAL.draw(&nominal, seed),
+    let mut truth = Spread::TYPICAL.draw(&nominal, seed);
+    truth.encoder.lag_s = dice.between(0.0, 150e-6);
+    truth.encoder.noise_counts = dice.between(0.0, 0.5) as f32;
+    truth.current_sensors.gain = [0, 1].map(|_| dice.between(0.98, 1.02) as f32);
+    truth.current_sensors.noise_counts = 1.0;
+    truth.bridge.dead_time_s = dice.between(0.0, 300e-9);
+    truth.bridge.switch_ohm = dice.between(0.0, 0.1);
+    truth.noise_seed = seed as u32;
+    truth.encoder.eccentricity_counts = 0.0;
+    if !is_even(seed) {
+        truth.encoder.eccentricity_counts = dice.between(2.0, 12.0) as f32;
+        truth.encoder.eccentricity_phase_rad = dice.between(0.0, std::f64::consts::TAU) as f32;
     }
+    Individual { sheet, truth }
+}
+
+/// Whether a motor turns evenly and its encoder is centred: every second pair of them.
+pub(crate) fn is_even(seed: u64) -> bool {
+    seed / 2 % 2 == 0
 }
 
 /// Writes what the data sheet says into a drive that was used with another motor before.
@@ -122,5 +137,23 @@ pub(crate) async fn enter<L: Link>(client: &mut Client<L>, node: NodeId, sheet: 
             .download(node, object, data)
             .await
             .unwrap_or_else(|error| panic!("{error}: {sheet:?}"));
+    }
+}
+
+/// Writes what a calibration finds, from the truth.
+pub(crate) async fn calibrated<L: Link>(client: &mut Client<L>, node: NodeId, truth: &Parameters) {
+    use DataType::{I8, I16, U16, U32};
+    let mirrored = truth.encoder.reversed != truth.motor.wires_swapped;
+    let [bias_a, bias_b] = truth.current_zero_counts;
+    for (index, sub, data_type, value) in [
+        (0x3009, 1, U16, bias_a.round() as i64),
+        (0x3009, 2, U16, bias_b.round() as i64),
+        (0x3011, 1, I16, i64::from(truth.encoder.zero_counts)),
+        (0x3011, 2, I8, if mirrored { -1 } else { 1 }),
+        (0x3013, 5, U32, (truth.encoder.lag_s * 1e6).round() as i64),
+    ] {
+        let data = Value::Integer(value).encode(data_type).unwrap();
+        let object = Address::new(index, sub);
+        client.download(node, object, data).await.unwrap();
     }
 }
