@@ -14,8 +14,9 @@ use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
 use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
+use crate::gains::{Direct, GainWrite, stored_together};
 use crate::inputs::{Asked, Word, analog_target};
-use crate::parameters::{LoopParameters, read_parameters};
+use crate::parameters::{LoopParameters, figures, read_parameters};
 use crate::phasing::PhasingWatch;
 use crate::probes::{self, Probes};
 use crate::publish::publish;
@@ -41,6 +42,10 @@ pub(crate) struct Application {
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
+    /// Whose gains are given.
+    direct: Direct,
+    /// The gains that follow from those written are in the image.
+    gains_shown: bool,
     /// To be taken once its write is acknowledged.
     pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
@@ -71,7 +76,8 @@ impl Application {
         image: &Image<'_>,
         feedback: Feedback<f32>,
     ) -> Result<(Application, Parameters<f32>), ParameterError> {
-        let (parameters, loops) = read_parameters(image, personality, &hardware)?;
+        let (parameters, loops) =
+            read_parameters(image, personality, &hardware, Direct::default())?;
         let mut application = Application {
             personality,
             hardware,
@@ -88,6 +94,8 @@ impl Application {
             new_command: true,
             new_limits: false,
             new_parameters: true,
+            direct: Direct::default(),
+            gains_shown: false,
             new_node_id: None,
             new_shift: None,
             new_captures: News::INVERTED,
@@ -274,7 +282,7 @@ impl Application {
     pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
         core::mem::take(&mut self.new_parameters).then_some(())?;
         // They were read without an error when they changed.
-        read_parameters(image, self.personality, &self.hardware)
+        read_parameters(image, self.personality, &self.hardware, self.direct)
             .ok()
             .map(|(parameters, _)| parameters)
     }
@@ -337,7 +345,8 @@ impl Application {
     }
 
     fn configure_loops(&mut self, image: &Image<'_>) {
-        match read_parameters(image, self.personality, &self.hardware) {
+        self.gains_shown = false;
+        match read_parameters(image, self.personality, &self.hardware, self.direct) {
             Ok((_, loops)) => {
                 self.loops = loops;
                 self.new_parameters = true;
@@ -508,7 +517,13 @@ impl Application {
             // P4: index << 8 | sub-index. Only an object that is stored at all can be saved.
             let address = Address::from_key(value);
             match address.filter(|address| store::is_stored(&self.table(), *address)) {
-                Some(address) => store::Request::Single(address),
+                Some(address) => {
+                    let gains = &self.personality.amplifier.gains;
+                    match stored_together(gains, address) {
+                        Some((first, count)) => store::Request::Run { first, count },
+                        None => store::Request::Single(address),
+                    }
+                }
                 None => return Verdict::Refuse(Abort::CANNOT_STORE),
             }
         } else {
@@ -549,6 +564,9 @@ impl Application {
             // Its row has judged the range.
             self.new_node_id = NodeId::new(raw as u8);
             return Verdict::Accept;
+        }
+        if let Some(verdict) = self.write_gain(image, object, raw) {
+            return verdict;
         }
         let objects = &self.personality.axis;
         if objects.targets.interpolation_data == Some(object) {
@@ -599,6 +617,38 @@ impl Application {
                 Err(abort) => Verdict::Refuse(abort),
             },
             _ => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    /// The stored parameters are in the image.
+    pub(crate) fn loaded(&mut self, image: &Image<'_>) {
+        self.direct = Direct::of_stored(image, &self.personality.amplifier.gains);
+    }
+
+    /// The image is about to be stored.
+    pub(crate) fn before_store(&mut self, image: &mut Image<'_>) {
+        let gains = &self.personality.amplifier.gains;
+        self.direct.before_store(image, gains);
+        self.gains_shown = false;
+    }
+
+    fn write_gain(&mut self, image: &Image<'_>, object: Address, new: u32) -> Option<Verdict> {
+        let gains = &self.personality.amplifier.gains;
+        let write = self.direct.written(image, gains, object, new)?;
+        Some(match write {
+            GainWrite::NoGain => Verdict::Refuse(Abort::INVALID_VALUE),
+            GainWrite::NoBandwidth => Verdict::Refuse(Abort::DEVICE_STATE),
+            GainWrite::ByRule | GainWrite::Direct => Verdict::Accept,
+        })
+    }
+
+    /// Writes the gains that follow from those written into the image, if they have changed. A write
+    /// to one of them keeps what is shown of the others.
+    pub(crate) fn show_gains(&mut self, image: &mut Image<'_>) {
+        if !core::mem::replace(&mut self.gains_shown, true) {
+            let figures = figures(image, self.personality);
+            let gains = &self.personality.amplifier.gains;
+            self.direct.show(image, gains, &figures);
         }
     }
 

@@ -211,7 +211,7 @@ fn a_recording_holds_its_scenario_and_is_repeated_with_all_that_was_told() {
     let text = causes
         .lines()
         .filter_map(|line| line.strip_prefix("scenario "));
-    assert!(text.eq(SCENARIO.lines().map(|line| line)), "{causes}");
+    assert!(text.eq(SCENARIO.lines()), "{causes}");
 }
 
 /// Each drive has a truth of its own within its spread, which depends on seed and place only.
