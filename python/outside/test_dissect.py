@@ -60,6 +60,7 @@ def test_every_kind_of_message_is_recognised(recording, what, filter):
 
 EXTENDED = [
     "extended.log",
+    "extended-modes.log",
     "services.log",
     "transfers.log",
     "transfers-bad-segmented-65536.log",
