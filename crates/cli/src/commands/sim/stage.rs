@@ -190,6 +190,12 @@ impl Stage {
                     tell(notice);
                     continue;
                 }
+                Happening::Error(_) => {
+                    if let Some(log) = &mut self.log {
+                        log.write(|recording| recording.happening(&happening))?;
+                    }
+                    continue;
+                }
             };
             self.frames += 1;
             self.lively_at = Some(traffic.at);
