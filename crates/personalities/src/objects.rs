@@ -238,6 +238,8 @@ pub struct HomingSearchObjects {
     pub timeout_ms: Field,
     /// How far homing may lead, counts; 0: anywhere.
     pub range: Field,
+    /// How far a hard stop is away at least, counts.
+    pub least_way: Field,
     /// Why homing has failed, a number of [`cia402::HomingError`]; 0: it has not.
     pub error: Handle<u8>,
 }
