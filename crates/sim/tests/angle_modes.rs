@@ -149,3 +149,38 @@ fn the_angle_shown_is_the_rotors_and_looks_ahead_by_the_lag() {
         assert!((seen - wanted).abs() < 0.003, "{ahead:?} {wanted}");
     }
 }
+
+/// 0x3013,5 takes away what an encoder's lag does: at speed the back-EMF lies in the q axis again.
+/// Too little of it leaves a part in the d axis, too much the same part the other way round.
+#[test]
+fn the_lag_object_turns_the_field_back_to_the_rotor() {
+    let d_axis_volts = |lag_us: i32, velocity: i32| {
+        let mut settings = p3(1);
+        settings.plant.encoder.lag_s = 200e-6;
+        let mut master = Master::with(vec![settings]);
+        master.write_i32(1, 0x3013, 5, lag_us);
+        master.enable(1, 3);
+        master.write_i32(1, 0x60FF, 0, velocity);
+        master.run_ms(800);
+        assert!((master.read(1, 0x606C, 0) - velocity).abs() < 5_000);
+        let mut sum = 0.0;
+        for _ in 0..50 {
+            sum += f64::from(master.read_i16(1, 0x3010, D_VOLTAGE));
+            master.run_ms(1);
+        }
+        sum / 50.0 / 32_768.0 * 48.0 / 3_f64.sqrt()
+    };
+    // 400,000 counts/s are 613.6 rad/s, 12.9 V of back-EMF; 200 µs are 7.0 degrees, 1.58 V.
+    let electromotive_v = 0.021_04 * 400_000.0 / 4096.0 * TAU;
+    let part = electromotive_v * (200e-6 * 400_000.0 / 4096.0 * TAU).sin();
+    let seen = [0, 100, 200, 300, 400].map(|lag| d_axis_volts(lag, 400_000));
+    println!("{part:.2} V, {seen:.2?}");
+    for (n, volts) in seen.into_iter().enumerate() {
+        let wanted = seen[2] + part * (2.0 - n as f64) / 2.0 * (seen[0] - seen[2]).signum();
+        assert!((volts - wanted).abs() < 0.1, "{seen:?}");
+    }
+    assert!(seen[2].abs() < 0.25, "{seen:?}");
+    // The same backwards.
+    assert!(d_axis_volts(200, -400_000).abs() < 0.25);
+    assert!((d_axis_volts(0, -400_000).abs() - part).abs() < 0.25);
+}

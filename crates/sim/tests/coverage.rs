@@ -54,7 +54,7 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("3011 5-6, 3019 1-4", "the current controllers", "crates/sim/tests/objects.rs a_current_controller_that_cannot_be_is_a_parameter_error"),
     ("3011 7, 3019 10-11", "the velocity controller's bandwidth and damping", "crates/sim/tests/gains.rs bandwidth_and_damping_show_the_gains_that_they_make"),
     ("3011 8", "the continuous current", "crates/sim/tests/i2t.rs the_limit_comes_when_each_rule_says"),
-    ("3013 5", "how far the angle looks ahead", "crates/sim/tests/angle_modes.rs the_angle_shown_is_the_rotors_and_looks_ahead_by_the_lag"),
+    ("3013 5", "how far the angle looks ahead", "crates/sim/tests/angle_modes.rs the_lag_object_turns_the_field_back_to_the_rotor"),
     ("3019 5, 3019 7-9", "the position controller, by bandwidth and directly", "crates/sim/tests/gains.rs a_position_loop_can_have_an_integral_and_a_derivative_part"),
     ("3019 12-13", "the velocity controller's gains, given", "crates/sim/tests/gains.rs given_gains_take_effect_and_show_their_bandwidth_and_damping"),
     ("3019 14, 60B2 0", "its derivative part; the torque offset", "crates/sim/tests/gains.rs a_velocity_derivative_acts_like_inertia"),
