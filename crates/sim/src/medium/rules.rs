@@ -506,3 +506,28 @@ fn one_identifier_twice() {
     bench.run(6);
     assert_eq!(bench.counters()[1].0, 8, "it reads the flag");
 }
+
+/// Dominant in the last bit of an error frame's delimiter is an overload, before that a form error.
+#[test]
+fn the_last_bit_of_a_delimiter_is_no_error() {
+    for (recessive, after) in [(6, 16), (7, 8)] {
+        let mut bench = Bench::new(3);
+        bench.flips.push_back((30, ALL));
+        bench.nodes[0].queue.push_back(standard(0x555, &[0x55; 4]));
+        bench.run(31);
+        assert_eq!(bench.counters()[0], (8, 0));
+        // Behind the flags.
+        bench.run(6);
+        while bench.nodes.iter().any(|node| !node.protocol.level()) {
+            bench.bit();
+        }
+        bench.run(recessive);
+        bench.stuck = Some(false);
+        bench.bit();
+        bench.stuck = None;
+        let counted = bench.counters();
+        assert_eq!(counted[0].0, after, "{recessive}: {counted:?}");
+        assert!(bench.settle(500));
+        assert_eq!(bench.nodes[1].received.len(), 1);
+    }
+}
