@@ -109,13 +109,13 @@ impl<R: Real> Plant<R> {
     }
 
     /// Sets the temperature of the surroundings, °C. An undefined value changes nothing. Without
-    /// [`Parameters::thermal`] nothing warms or cools to it.
+    /// [`crate::Parameters::thermal`] nothing warms or cools to it.
     pub fn set_ambient_c(&mut self, temperature_c: R) {
         self.heat.set_ambient(temperature_c);
     }
 
     /// Sets the levels of the inputs to which no switch is connected, in the order of
-    /// [`Signals::inputs`].
+    /// [`control::io::Signals::inputs`].
     pub fn set_inputs(&mut self, levels: u32) {
         self.board.set_inputs(levels);
     }
