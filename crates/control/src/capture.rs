@@ -538,4 +538,38 @@ mod tests {
         assert_eq!((latched.falling, latched.falling_count), (place + 10, 1));
         assert_eq!((latched.index, latched.index_count), (4_096, 1));
     }
+
+    #[test]
+    fn any_reading_may_come() {
+        // No panic with overflow checks, and no edge of an input that nothing waits for.
+        let mut random = 0x2545_F491_4F6C_DD1D_u64;
+        let mut next = || {
+            random ^= random << 13;
+            random ^= random >> 7;
+            random ^= random << 17;
+            random
+        };
+        let mut captures = Captures::new();
+        for _ in 0..200_000 {
+            match next() % 16 {
+                0 => captures.set_encoder(next() as i32, next() as i32),
+                1 => captures.set_inverted(next() as u32),
+                2 => captures.set_filter(next() as u16 % 5, next() as u16 % 5),
+                3 => captures.rename(next() as i32),
+                4 => captures.set_trigger(
+                    next() as usize % 4,
+                    Trigger {
+                        inputs: next() as u32 & 0x0001_0004,
+                        rising: next() % 2 == 0,
+                        falling: next() % 2 == 0,
+                        index: next() % 2 == 0,
+                        continuous: next() % 2 == 0,
+                        serial: next() as u8,
+                    },
+                ),
+                _ => captures.period(next() as u32, next() as i32, next() as i32),
+            }
+            assert_eq!(captures.seen().active & !0x000F_000F, 0);
+        }
+    }
 }

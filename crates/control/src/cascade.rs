@@ -231,6 +231,7 @@ impl<R: Real> Cascade<R> {
                 position_loop: closed,
                 velocity_loop: closed_velocity,
                 following_error: self.following_error,
+                following_rate: self.matched_velocity - velocity,
                 velocity_demand: self.matched_velocity + self.command.velocity_offset,
                 velocity,
                 current_demand: self.segment.current + self.segment.acceleration_current,

@@ -97,6 +97,8 @@ impl Dice {
         g.velocity_integral_limit_a = self.odd(3.0);
         g.speed_limit = self.odd(g.speed_limit);
         g.position = self.pi(Pi { kp: 125.0, ki: 3.0 });
+        g.position_derivative = self.odd(1.0);
+        g.velocity_derivative = self.odd(1e-6);
         g.position_integral_limit = self.odd(1e4);
         p.i2t.enabled = self.chance(2);
         p.i2t.literal = self.chance(2);

@@ -73,6 +73,8 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
             velocity_integral_limit_a: lanes(of, |p| p.gains.velocity_integral_limit_a),
             speed_limit: lanes(of, |p| p.gains.speed_limit),
             position: pi(of, |g| g.position),
+            position_derivative: lanes(of, |p| p.gains.position_derivative),
+            velocity_derivative: lanes(of, |p| p.gains.velocity_derivative),
             position_integral_limit: lanes(of, |p| p.gains.position_integral_limit),
         },
         i2t: I2t {

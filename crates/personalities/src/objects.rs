@@ -425,4 +425,21 @@ pub struct LoopObjects {
     pub bandwidth: Scaled,
     /// 1 is critical.
     pub damping: Scaled,
+    /// Gains that can be given in place of the two, if there are such objects.
+    pub direct: Option<DirectGainObjects>,
+}
+
+/// A controller's gains: of a position controller counts/s per count, per count·s and per count/s;
+/// of a velocity controller A per turn/s, per turn and per turn/s².
+#[derive(Clone, Copy, Debug)]
+pub struct DirectGainObjects {
+    /// The object of the bandwidth; that of the damping and the three gains are the sub-indices
+    /// behind it.
+    pub first: Address,
+    /// Proportional part; 0 where the gains are not given.
+    pub proportional: Scaled,
+    /// Integral part.
+    pub integral: Scaled,
+    /// Derivative part.
+    pub derivative: Scaled,
 }

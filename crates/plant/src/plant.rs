@@ -1,5 +1,7 @@
 //! One drive's world, put together.
 
+mod acts;
+
 use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
@@ -9,8 +11,6 @@ use crate::switches::Board;
 use crate::thermal::Heat;
 use crate::wiring::Wiring;
 use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Winding};
-
-mod acts;
 
 /// The world of one drive (or of a batch).
 ///
@@ -41,10 +41,11 @@ pub struct Plant<R: Real> {
     wiring: Wiring,
     /// Ideal switches, supply and wires: the short way through a period.
     is_plain: bool,
+    is_sound: bool,
+    has_dead_time: bool,
     /// The gate drivers have opened the bridge, until it is commanded off.
     tripped: R::Mask,
     overcurrent_square: R,
-    dead_part: R,
     bridge_current: R,
     electrical_turns: R::Count,
     heat: Heat<R>,
@@ -90,7 +91,7 @@ pub struct Truth<R: Real> {
     /// negative limit switch, 1 the positive, 2 the home switch; whatever their polarity.
     pub switches: u32,
     /// Current into the bridge, the mean of the last period, A; negative when the motor feeds it.
-    /// 0 with [`crate::Link::IDEAL`], which does not look.
+    /// 0 with [`Link::IDEAL`], which does not look.
     pub bridge_current_a: R,
     /// Current out of the motor supply, the mean of the last period, A; likewise.
     pub supply_current_a: R,
@@ -136,9 +137,10 @@ impl<R: Real> Plant<R> {
             sensors: Sensors::new(parameters),
             wiring: Wiring::default(),
             is_plain: true,
+            is_sound: true,
+            has_dead_time: false,
             tripped: R::Mask::splat(false),
             overcurrent_square: overcurrent_square(parameters),
-            dead_part: dead_part(parameters),
             bridge_current: R::splat(0.0),
             electrical_turns: R::count(motor.electrical_turns().into()),
             heat: Heat::new(R::splat(parameters.ambient_c)),
@@ -224,7 +226,7 @@ impl<R: Real> Plant<R> {
         let bus = self.supply.voltage_v();
         let mut fractions = self.inverter.fractions();
         let mut short_circuit = zero;
-        let is_sound = self.wiring.is_sound();
+        let is_sound = self.is_sound;
         let mut shorted = shorted;
         if !is_sound {
             let switching = self.inverter.enabled() & !self.tripped;
@@ -237,14 +239,15 @@ impl<R: Real> Plant<R> {
         }
         let enabled = self.inverter.enabled() & !self.tripped;
         let full = gain * (bus + self.supply.diode_drops_v());
-        let driven = shorted + Vector::of_phases(fractions) * bus * gain;
+        let direction = Vector::of_phases(fractions);
+        let driven = shorted + direction * bus * gain;
         let mut next = Pulled {
             current: driven,
             taken: [zero; 3],
         };
-        if self.parameters.bridge.dead_time_s > 0.0 {
-            let pull = full * self.dead_part;
-            next = self.inverter.dead_time(driven, self.dead_part, pull);
+        if self.has_dead_time {
+            let pull = full * self.inverter.dead_part();
+            next = self.inverter.dead_time(driven, pull);
         }
         if (!enabled).any() {
             let threshold = self.supply.diode_threshold_v() * gain;
@@ -259,13 +262,15 @@ impl<R: Real> Plant<R> {
         if !self.supply.is_ideal() {
             // Switches connect a phase to the positive rail for its fraction; diodes take from that
             // the part of the bus that they hold against the current.
-            let mean = self.winding.mean(before, self.current).phases();
-            let sum = |[a, b, c]: [R; 3], [d, e, f]: [R; 3]| a * d + b * e + c * f;
-            let by_switches = R::select(enabled, sum(fractions, mean), zero);
-            let [a, b, c] = mean;
+            let mean = self.winding.mean(before, self.current);
+            let [a, b, c] = mean.phases();
+            let along = direction.alpha * mean.alpha + direction.beta * mean.beta;
             let switched = (a.abs() + b.abs() + c.abs()) * self.heat.switching_part();
-            let by_switches = by_switches + R::select(enabled, switched, zero);
-            let by_diodes = sum(next.taken, mean) / R::select(zero.lt(full), full, R::splat(1.0));
+            let by_switches = along * R::splat(1.5) + switched;
+            let by_switches = R::select(enabled, by_switches, zero);
+            let [taken_a, taken_b, taken_c] = next.taken;
+            let taken = taken_a * a + taken_b * b + taken_c * c;
+            let by_diodes = taken / R::select(zero.lt(full), full, R::splat(1.0));
             self.bridge_current = by_switches - by_diodes + short_circuit;
             self.supply.end_period(self.bridge_current);
         }
@@ -282,7 +287,7 @@ impl<R: Real> Plant<R> {
         // During dead times the diodes conduct on both edges; with the bridge open, always.
         let drops = self.supply.diode_drops_v();
         let switching = self.supply.voltage_v() * self.heat.switching_part();
-        let closed = drops * self.dead_part + switching;
+        let closed = drops * self.inverter.dead_part() + switching;
         let per_a = R::select(enabled, closed, drops * R::splat(0.5));
         if self
             .heat
@@ -362,8 +367,17 @@ impl<R: Real> Plant<R> {
 
     /// Finds out whether the short way through a period will do.
     fn look_for_effects(&mut self) {
-        let has_dead_time = self.parameters.bridge.dead_time_s > 0.0;
-        let is_ideal = self.supply.is_ideal() && self.wiring.is_sound() && !has_dead_time;
+        let bridge = &self.parameters.bridge;
+        self.has_dead_time = bridge.dead_time_s > 0.0;
+        let dead_part = if self.has_dead_time {
+            // Held to a quarter, should parameters not have been checked.
+            (bridge.dead_time_s / self.parameters.pwm_period_s).clamp(0.0, 0.25)
+        } else {
+            0.0
+        };
+        self.inverter.set_dead_part(R::splat(dead_part as f32));
+        self.is_sound = self.wiring.is_sound();
+        let is_ideal = self.supply.is_ideal() && self.is_sound && !self.has_dead_time;
         self.is_plain = is_ideal && !self.sensors.is_filtered();
     }
 
@@ -385,11 +399,6 @@ fn winding_of<R: Real>(parameters: &Parameters) -> Winding<R> {
     let mut motor = parameters.motor;
     motor.phase_resistance_ohm += parameters.bridge.switch_ohm;
     Winding::new(&motor, parameters.pwm_period_s)
-}
-
-/// The dead time as a part of the PWM period.
-fn dead_part<R: Real>(parameters: &Parameters) -> R {
-    R::splat((parameters.bridge.dead_time_s / parameters.pwm_period_s) as f32)
 }
 
 fn overcurrent_square<R: Real>(parameters: &Parameters) -> R {

@@ -439,6 +439,12 @@ impl VirtualDrive {
                 None => break,
             }
         }
+        // It may have acknowledged another one.
+        let id = core.comms().node().id();
+        if self.node != Some(id) {
+            self.station.rename(id);
+            self.node = Some(id);
+        }
     }
 
     /// What the core asks of its host.
@@ -468,10 +474,6 @@ impl VirtualDrive {
                             self.storing = None;
                         }
                     }
-                }
-                Request::NodeId(id) => {
-                    self.station.rename(id);
-                    self.node = Some(id);
                 }
                 Request::Reset(Reset::Node) => {
                     self.lose_program();

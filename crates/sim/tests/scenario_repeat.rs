@@ -111,6 +111,7 @@ fn trace(bus: &mut Bus) -> Vec<String> {
         .map(|happening| match happening {
             Happening::Frame(traffic) => format!("{traffic:?}"),
             Happening::Notice(notice) => notice.to_string(),
+            Happening::Error(error) => format!("{error:?}"),
         })
         .collect()
 }

@@ -3,15 +3,20 @@
 
 use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u16, u32};
-use canopen::{Dictionary, Row};
+use canopen::{Address, Dictionary, Row};
 
 use super::scaled;
 use crate::class::{CONTROL, TARGET_VOLTAGE};
-use crate::{AmplifierObjects, GainObjects, LoopObjects, MotorObjects};
+use crate::{AmplifierObjects, DirectGainObjects, GainObjects, LoopObjects, MotorObjects};
 
 /// A parameter of the controllers that is stored.
 pub(crate) const fn parameter(row: Row) -> Row {
     row.rw().store(Application).tells(CONTROL)
+}
+
+/// A gain, or what makes one: the drive shows those that follow from the ones written.
+pub(crate) const fn gain(row: Row) -> Row {
+    parameter(row).asks()
 }
 
 /// A value that the drive measures or computes.
@@ -73,20 +78,21 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
 /// 0x3019: bandwidth and damping of each controller, and the direct gains behind them.
 #[rustfmt::skip]
 pub(crate) const GAIN_ROWS: &[Row] = &[
-    parameter(u16(0x3019, 1, "D-axis control bandwidth").unit("0.1Hz").default(20_000)),
-    parameter(u16(0x3019, 2, "D-axis damping").unit("1/256").default(256)),
-    parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").default(20_000)),
-    parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").default(256)),
-    parameter(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").default(200)),
-    parameter(u16(0x3019, 6, "Position damping").unit("1/256").default(256)),
-    i32(0x3019, 7, "Position proportional gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 8, "Position integral gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 9, "Position derivative gain").rw().unit("acc32").store(Application),
-    parameter(u16(0x3019, 10, "Velocity control bandwidth").unit("0.1Hz").default(1000)),
-    parameter(u16(0x3019, 11, "Velocity damping").unit("1/256").default(256)),
-    i32(0x3019, 12, "Velocity proportional gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 13, "Velocity integral gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 14, "Velocity derivative gain").rw().unit("acc32").store(Application),
+    parameter(u16(0x3019, 1, "D-axis control bandwidth").unit("0.1Hz").range(1, 65_535).default(20_000)),
+    parameter(u16(0x3019, 2, "D-axis damping").unit("1/256").range(1, 65_535).default(256)),
+    parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").range(1, 65_535).default(20_000)),
+    parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").range(1, 65_535).default(200)),
+    // Kept: the rule makes a proportional controller, which has no damping to choose.
+    gain(u16(0x3019, 6, "Position damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(i32(0x3019, 7, "Position proportional gain").unit("1/s*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 8, "Position integral gain").unit("1/s2*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 9, "Position derivative gain").unit("2^-15").range(0, i32::MAX as i64)),
+    gain(u16(0x3019, 10, "Velocity control bandwidth").unit("0.1Hz").range(1, 65_535).default(1000)),
+    gain(u16(0x3019, 11, "Velocity damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(i32(0x3019, 12, "Velocity proportional gain").unit("A/(turn/s)*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 13, "Velocity integral gain").unit("A/turn*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 14, "Velocity derivative gain").unit("mA/(turn/s2)*2^-15").range(0, i32::MAX as i64)),
 ];
 
 /// Where the controllers find the motor's parameters.
@@ -124,8 +130,14 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
         gains: GainObjects {
             current_d: controller(objects, 1),
             current_q: controller(objects, 3),
-            velocity: controller(objects, 10),
-            position: controller(objects, 5),
+            velocity: LoopObjects {
+                direct: direct(objects, 10, 1e-3),
+                ..controller(objects, 10)
+            },
+            position: LoopObjects {
+                direct: direct(objects, 5, 1.0),
+                ..controller(objects, 5)
+            },
             // The manual knows velocity feed-forward only (change AR); so the position lags while the
             // speed changes.
             acceleration_feed_forward: 0.0,
@@ -138,5 +150,22 @@ const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObj
     LoopObjects {
         bandwidth: scaled(objects, 0x3019, sub, 0.1),
         damping: scaled(objects, 0x3019, sub + 1, 1.0 / 256.0),
+        direct: None,
     }
+}
+
+/// Direct gains behind bandwidth and damping at `sub`, acc32_t (S16.15). A derivative gain has a unit
+/// of its own where it is small.
+const fn direct<const N: usize>(
+    objects: &Dictionary<N>,
+    sub: u8,
+    derivative: f32,
+) -> Option<DirectGainObjects> {
+    const ACC32: f32 = 1.0 / 32_768.0;
+    Some(DirectGainObjects {
+        first: Address::new(0x3019, sub),
+        proportional: scaled(objects, 0x3019, sub + 2, ACC32),
+        integral: scaled(objects, 0x3019, sub + 3, ACC32),
+        derivative: scaled(objects, 0x3019, sub + 4, ACC32 * derivative),
+    })
 }

@@ -1,9 +1,10 @@
-//! What can be done to the world while it runs.
+//! What can be done to a world while it runs.
 
 use control::Real;
 
-use super::{Plant, dead_part, winding_of};
-use crate::{EncoderFault, Link, Load, Phase, Short, SwitchName};
+use super::{Plant, winding_of};
+use crate::switches::SwitchName;
+use crate::{EncoderFault, Link, Load, Phase, Short};
 
 impl<R: Real> Plant<R> {
     /// Sets the motor supply's open-circuit voltage, V; 0 (or less) disconnects it. The sensors stay
@@ -147,7 +148,7 @@ impl<R: Real> Plant<R> {
         self.mechanics.set_period_s(motor, load, period_s);
         self.winding = winding_of(&self.parameters);
         self.set_heat();
-        self.dead_part = dead_part(&self.parameters);
+        self.look_for_effects();
         self.supply.set_link(&self.parameters.link, period_s);
         self.sensors.set_period_s(&self.parameters);
     }

@@ -12,6 +12,7 @@ mod protocol;
 mod rules;
 
 pub use counters::{ErrorCounters, ErrorState};
+pub(crate) use decoder::Field;
 pub use protocol::ErrorKind;
 pub(crate) use protocol::{Event, Protocol};
 
