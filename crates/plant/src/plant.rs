@@ -91,7 +91,7 @@ pub struct Truth<R: Real> {
     /// negative limit switch, 1 the positive, 2 the home switch; whatever their polarity.
     pub switches: u32,
     /// Current into the bridge, the mean of the last period, A; negative when the motor feeds it.
-    /// 0 with [`Link::IDEAL`], which does not look.
+    /// 0 with [`crate::Link::IDEAL`], which does not look.
     pub bridge_current_a: R,
     /// Current out of the motor supply, the mean of the last period, A; likewise.
     pub supply_current_a: R,
