@@ -49,6 +49,8 @@ pub struct PowerStage<R: Real> {
     pub current_zero: [R; 2],
     /// Greatest current that the amplifier may be asked for, A (P3 0x3001,8).
     pub current_limit_a: R,
+    /// Longest voltage vector that the amplifier may be asked for, V (P3 0x3001,9).
+    pub voltage_limit_v: R,
     /// Duties stay this far away from 0 and 1, for the sensors or the gate drivers; 0 to ½.
     pub duty_margin: R,
 }
@@ -115,6 +117,7 @@ pub(crate) struct Constants<R: Real> {
     pub(crate) scales: Scales,
     pub(crate) current_zero: [R; 2],
     pub(crate) amplifier_limit_a: R,
+    pub(crate) voltage_limit_v: R,
     /// How far duties go from one half.
     pub(crate) reach: R,
     /// Longest realisable vector, supply voltages.
@@ -175,6 +178,7 @@ impl<R: Real> Constants<R> {
             scales: p.stage.scales,
             current_zero: p.stage.current_zero,
             amplifier_limit_a: p.stage.current_limit_a,
+            voltage_limit_v: p.stage.voltage_limit_v,
             reach,
             radius: modulation::radius(reach),
             electrical_zero: e.electrical_zero,

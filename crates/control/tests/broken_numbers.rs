@@ -86,6 +86,7 @@ impl Dice {
         s.scales.voltage_v = self.odd(s.scales.voltage_v);
         s.scales.temperature_k = self.odd(s.scales.temperature_k);
         s.current_zero = [self.odd(2048.0), self.odd(2048.0)];
+        s.voltage_limit_v = self.odd(27.7);
         s.current_limit_a = self.odd(3.5);
         s.duty_margin = self.odd(0.01);
         let g = &mut p.gains;

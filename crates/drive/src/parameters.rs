@@ -191,6 +191,7 @@ pub(crate) fn read_parameters(
             scales: hardware.scales,
             current_zero: [image.real(zero_a), image.real(zero_b)],
             current_limit_a: amplifier_a,
+            voltage_limit_v: value(image, amplifier.max_phase_voltage),
             duty_margin: hardware.duty_margin,
         },
         gains: Gains {

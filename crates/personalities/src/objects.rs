@@ -238,6 +238,8 @@ pub struct HomingSearchObjects {
     pub timeout_ms: Field,
     /// How far homing may lead, counts; 0: anywhere.
     pub range: Field,
+    /// How far a hard stop is away at least, counts.
+    pub least_way: Field,
     /// Why homing has failed, a number of [`cia402::HomingError`]; 0: it has not.
     pub error: Handle<u8>,
 }
@@ -357,6 +359,8 @@ pub struct MotorObjects {
     pub electrical_zero: Field,
     /// +1 or −1: order of the phases against the encoder's direction.
     pub electrical_polarity: Field,
+    /// Its object, which takes no 0.
+    pub electrical_polarity_at: Address,
     /// Number of poles (twice the pole pairs).
     pub poles: Field,
     /// Nm per A of peak phase current.
@@ -397,6 +401,8 @@ pub struct AmplifierObjects {
     pub pwm_per_control: u32,
     /// Greatest current, A.
     pub max_current: Scaled,
+    /// Longest voltage vector, V of phase amplitude.
+    pub max_phase_voltage: Scaled,
     /// Calibrated readings at no current of phases A and B, converter counts.
     pub current_zero: [Field; 2],
     /// The controllers.

@@ -58,6 +58,7 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             scales: SCALES,
             current_zero: [2048.0, 2048.0],
             current_limit_a: 5.0,
+            voltage_limit_v: 100.0,
             duty_margin: 0.0,
         },
         gains: Gains {

@@ -31,6 +31,12 @@ impl Application {
             self.new_node_id = NodeId::new(raw as u8);
             return Verdict::Accept;
         }
+        if object == self.personality.motor.electrical_polarity_at {
+            return match raw as i8 {
+                0 => Verdict::Refuse(Abort::INVALID_VALUE),
+                _ => Verdict::Accept,
+            };
+        }
         if let Some(verdict) = self.write_gain(image, object, raw) {
             return verdict;
         }

@@ -28,7 +28,7 @@ pub(crate) const fn feedback(row: Row) -> Row {
 #[rustfmt::skip]
 pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(i16(0x3011, 1, "Electrical zero").unit("cts").default(0x0DF8)),
-    parameter(i8(0x3011, 2, "Electrical polarity").range(-1, 1).default(1)),
+    parameter(i8(0x3011, 2, "Electrical polarity").range(-1, 1).default(1)).asks(),
     parameter(i8(0x3011, 3, "Pole count").range(2, 126).default(2)),
     // 31.56 mNm/A of peak phase current (P58), rounded to the object's unit.
     parameter(u16(0x3011, 4, "Torque constant").unit("mNm/A").default(32)),
@@ -36,8 +36,8 @@ pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(u16(0x3011, 6, "Terminal inductance").unit("0.01mH").default(73)),
     // 4.45 gcm² × 2¹⁵.
     parameter(u32(0x3011, 7, "Rotor inertia").unit("gcm2/32768").default(145_818)),
-    parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 32767).default(716)),
-    parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 32767).default(2000)),
+    parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 3500).default(716)),
+    parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 3500).default(2000)),
     parameter(i16(0x3011, 10, "Peak current duration").unit("ms").range(0, 32767).default(1000)),
     // Not in the manual; as in the successor. The drive only keeps it, for those who calibrate.
     parameter(i16(0x3011, 11, "Calibration current").unit("mA").range(0, 32767).default(358)),
@@ -53,6 +53,7 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     feedback(u16(0x3000, 1, "Sensed bus voltage").unit("0.1V")),
     feedback(i16(0x3000, 2, "Temperature").unit("degC")),
     parameter(u32(0x3001, 1, "PWM frequency").unit("Hz").range(20_000, 100_000).default(100_000)),
+    // 2 to 7 are the board's own figures. The drive keeps them: it compensates none of them.
     u16(0x3001, 2, "Dead time").rw().unit("ns").default(200).store(Application),
     u16(0x3001, 3, "Minimum gate driver propagation delay").rw().unit("ns").store(Application),
     u16(0x3001, 4, "Delta propagation delay").rw().unit("ns").store(Application),
@@ -60,7 +61,8 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     u16(0x3001, 6, "ADC sampling time").rw().unit("ns").store(Application),
     u16(0x3001, 7, "ADC conversion time").rw().unit("ns").store(Application),
     parameter(i16(0x3001, 8, "Maximum current").unit("mA").range(0, 3500).default(3500)),
-    i16(0x3001, 9, "Maximum phase voltage").rw().unit("mV").default(27_713).store(Application),
+    // At first and at most what 48 V allow.
+    parameter(i16(0x3001, 9, "Maximum phase voltage").unit("mV").range(1, 27_713).default(27_713)),
     feedback(u16(0x3008, 1, "Filtered current sense, phase A").unit("count/16")),
     feedback(u16(0x3008, 2, "Filtered current sense, phase B").unit("count/16")),
     parameter(u16(0x3009, 1, "Current sensor bias, phase A").unit("count").default(0x0729)),
@@ -100,6 +102,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
     MotorObjects {
         electrical_zero: objects.need(0x3011, 1),
         electrical_polarity: objects.need(0x3011, 2),
+        electrical_polarity_at: Address::new(0x3011, 2),
         poles: objects.need(0x3011, 3),
         torque_constant: scaled(objects, 0x3011, 4, 1e-3),
         terminal_resistance: scaled(objects, 0x3011, 5, 0.01),
@@ -126,6 +129,7 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
         pwm_frequency_hz: objects.need(0x3001, 1),
         pwm_per_control: 5, // l.888
         max_current: scaled(objects, 0x3001, 8, 1e-3),
+        max_phase_voltage: scaled(objects, 0x3001, 9, 1e-3),
         current_zero: [objects.need(0x3009, 1), objects.need(0x3009, 2)],
         gains: GainObjects {
             current_d: controller(objects, 1),

@@ -8,6 +8,9 @@
 mod counters;
 mod decoder;
 mod protocol;
+mod quiet;
+#[cfg(test)]
+mod random;
 #[cfg(test)]
 mod rules;
 
