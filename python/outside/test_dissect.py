@@ -60,6 +60,7 @@ def test_every_kind_of_message_is_recognised(recording, what, filter):
 
 EXTENDED = [
     "extended.log",
+    "extended-modes.log",
     "services.log",
     "transfers.log",
     "transfers-bad-segmented-65536.log",
@@ -101,6 +102,48 @@ def test_tshark_reads_pcapng():
     whole(boots, heard, recorded)
     # Simulated time, from zero.
     assert stamps == sorted(stamps) and 0 < stamps[0] < 1 and stamps[-1] < 60
+
+
+DISTURBED = """\
+servobus run 1
+seed 5
+error-frames on
+drive 1 p3
+drive 2 p3
+wire 0.050000000 flip 30 0/0 from any skip 0 times 1 seen-by all
+(0.050000000) client1 601#40411000
+wire 0.051000000 flip ack-slot 0/0 from any skip 0 times 1 seen-by all
+(0.051000000) client1 602#40411000
+wire 0.052000000 flip crc-delimiter 0/0 from 1 skip 0 times 1 seen-by all
+(0.052000000) client1 601#40411000
+wire 0.053000000 break recessive 1000000ns
+(0.053000000) client1 7F0#00
+end 0.070000000
+"""
+
+
+@pytest.mark.parametrize("ending", [".log", ".pcapng"])
+def test_tshark_reads_error_messages(ending):
+    """What the controller of outside programs has seen, in each format."""
+    run = directory() / "errors.log.run"
+    run.write_text(DISTURBED)
+    path = directory() / f"errors-again{ending}"
+    command = [servobus(), "replay", str(run.with_suffix("")), "--output", str(path)]
+    subprocess.run(command, check=True, timeout=600)
+
+    def shown(which) -> int:
+        return len(tshark(path, "-Y", f"can.flags.err == 1 && {which}"))
+
+    # A bit of the data, seen by its sender; the delimiter of a drive's frame, seen by a receiver.
+    assert shown("can.err.prot.type.bit == 1 && can.err.prot.location == 10") == 1
+    assert shown("can.err.prot.type.form == 1 && can.err.prot.location == 24") == 1
+    assert shown("can.err.ack == 1") == 1
+    # Into bus-off and out of it: an error in each start of frame and each bit of the first flags.
+    assert shown("can.err.ctrl.tx_passive == 1") == 1
+    assert shown("can.err.prot.type.tx == 1 && can.err.prot.location == 3") == 16
+    assert shown("can.err.busoff == 1") == 1
+    assert shown("can.err.restarted == 1") == 1
+    assert tshark(path, "-Y", "can.err.dlc_mismatch") == []
 
 
 def is_true(flag: str) -> bool:

@@ -8,13 +8,22 @@ import pytest
 
 import axis
 from axis import SYNC_PERIOD_S, wait_until
-from test_extended import cycle, extended, stands  # noqa: F401, the fixtures of the extended P3
+from simulation import Simulation, directory
+from test_extended import cycle, stands  # noqa: F401, the fixture
 from test_modes import hand_over
 
 TARGET_REACHED = 1 << 10
 INTERPOLATES = 1 << 12
 # Counts/s of a revolution per minute.
 RPM = 4096 / 60
+
+
+@pytest.fixture(scope="module")
+def extended():
+    """One virtual extended P3, with a recording of its own."""
+    simulation = Simulation("1", directory() / "extended-modes.log", drive="p3-extended")
+    yield simulation
+    simulation.stop()
 
 
 def running(node, velocity: int) -> axis.Feedback:
@@ -55,10 +64,13 @@ def test_velocity_mode(cycle):
     assert cycle.sdo[0x6044].raw == pytest.approx(1000, abs=15)
     # The ramp holds (bit 5), then its input is zero (bit 6).
     cycle.controlword = 0x5F
+    feedback.clear()
+    wait_until(lambda: len(feedback.samples[0x606C]) > 5, 2, "the controlword's RPDO")
     cycle.sdo[0x6042].raw = 2000
     feedback.clear()
-    wait_until(lambda: len(feedback.samples[0x606C]) > 40, 2, "feedback")
-    assert cycle.tpdo_values[0x606C] == pytest.approx(1000 * RPM, rel=0.03)
+    wait_until(lambda: len(feedback.samples[0x606C]) > 80, 2, "feedback")
+    steady = [v for _, v in feedback.samples[0x606C]][40:]
+    assert sum(steady) / len(steady) == pytest.approx(1000 * RPM, rel=0.02)
     feedback.clear()
     cycle.controlword = 0x3F
     wait_until(lambda: stands(cycle), 3, "at rest")
@@ -80,7 +92,8 @@ def test_interpolation_of_a_stream(cycle):
     stream.read()
     stream.clear()
     stream.add_variable(0x60C1, 1)
-    stream.trans_type = axis.EVERY_SYNC
+    # Into the buffer at once: if this process comes late, two may come before a SYNC.
+    stream.trans_type = axis.UPON_RECEIPT
     stream.enabled = True
     stream.save()
     cycle.state = "OPERATION ENABLED"
@@ -106,7 +119,7 @@ def test_interpolation_of_a_stream(cycle):
     demand = [d for _, d in pairs]
     assert max(demand) - start == pytest.approx(2 * amplitude, rel=0.01)
     assert min(demand) >= start - 1
-    # It runs as fast as the set-points do; SYNC and this process come with their jitter.
+    # It runs as fast as the set-points do.
     fastest = max(abs(b - a) for a, b in zip(targets, targets[1:])) / SYNC_PERIOD_S
     rates = sorted(abs(d - c) / (t - s) for (s, c), (t, d) in zip(pairs, pairs[1:]))
     assert rates[len(rates) * 9 // 10] <= 1.3 * fastest
@@ -163,9 +176,8 @@ def test_limited_jerk(cycle):
         hand_over(cycle, start + distance, 0x0F)
         wait_until(lambda: cycle.tpdo_values[0x60FC] == start + distance, 5, "the end")
         moving = [t for t, d in feedback.samples[0x60FC] if start < d < start + distance]
-        # The ends of a jerk-limited move take less than a count for a while.
-        slack = 2 * SYNC_PERIOD_S + 2 * (6 / jerk) ** (1 / 3)
-        assert moving[-1] - moving[0] == pytest.approx(seconds, abs=slack)
+        # The first and the last count take a while, and SYNC has its jitter; limited jerk is 0.2 s.
+        assert moving[-1] - moving[0] == pytest.approx(seconds, abs=0.08)
         wait_until(lambda: cycle.statusword & TARGET_REACHED, 2, "target reached")
 
 

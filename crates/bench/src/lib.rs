@@ -10,7 +10,7 @@
 //! - [`cyclic_bus`]: four and six drives in cyclic synchronous position on one bus;
 //! - [`measure`]: counting instructions;
 //! - [`period`]: wall-clock time, for the control cascade and block transfers;
-//! - [`reference`]: the figures of a program in another language;
+//! - [`mod@reference`]: the figures of a program in another language;
 //! - [`report`]: the figures as a table and as JSON.
 
 pub mod block;

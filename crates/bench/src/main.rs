@@ -162,7 +162,7 @@ fn control_periods(report: &mut Report, motulator: Option<PeriodTime>) {
             motulator,
         ),
         (
-            plant::FULL_P3,
+            plant::COMPLETE_P3,
             ["control_period_full_ns", "control_period_full_median_ns"],
             None,
         ),

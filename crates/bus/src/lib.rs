@@ -19,7 +19,8 @@ pub mod recording;
 mod socketcand;
 
 pub use connection::{
-    Connection, ConnectionError, Options as ConnectOptions, Received, Report, connect, connect_with,
+    Connection, ConnectionError, Note, Options as ConnectOptions, Received, Report, connect,
+    connect_with,
 };
 pub use doors::{ClientId, Doors, Event, LeaveReason, OpenError, Options, Peer, Trouble};
 pub use endpoint::{Endpoint, EndpointError, Protocol};

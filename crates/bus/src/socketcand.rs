@@ -8,6 +8,9 @@
 //! server  < frame ID SECONDS.MICROS DATA >   < rtr ID SECONDS.MICROS LENGTH >
 //! ```
 //!
+//! Two words are this project's own: a client that says `< notes >` is sent, between the frames,
+//! what people should know of, as `< note SECONDS.MICROS TEXT >`.
+//!
 //! Identifiers and data are hexadecimal. An identifier of three digits has 11 bits, one of eight
 //! has 29. The data of `frame` are written without blanks; where there are none, two blanks stand
 //! in a row, which python-can insists on.
@@ -189,6 +192,28 @@ pub(crate) fn write_received(text: &mut Vec<u8>, stamp_ns: u64, frame: &Frame) {
     text.extend_from_slice(b" >");
 }
 
+/// Appends the `note` message for these words: printable, without brackets, and as long as a message
+/// may be.
+pub(crate) fn write_note(text: &mut Vec<u8>, stamp_ns: u64, words: &str) {
+    let micros = stamp_ns / 1_000;
+    let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+    let _ = write!(text, "< note {seconds}.{micros:06} ");
+    let plain = words.chars().map(|character| match character {
+        ' '..='~' if !matches!(character, '<' | '>') => character as u8,
+        _ => b'?',
+    });
+    // Beside the words a note has at most 8 characters and the time's 21.
+    text.extend(plain.take(LONGEST - 32));
+    text.extend_from_slice(b" >");
+}
+
+/// The words behind `note`, and the time in nanoseconds.
+pub(crate) fn parse_note(rest: &str) -> Result<(u64, String), BadFrame> {
+    let (time, words) = rest.split_once(' ').unwrap_or((rest, ""));
+    let stamp_ns = parse_time(time).ok_or_else(|| BadFrame::Time(shown(time)))?;
+    Ok((stamp_ns, words.to_owned()))
+}
+
 /// What a peer sent, fit to be put into a message: short, printable, without brackets.
 pub(crate) fn shown(text: &str) -> String {
     let printable = text.chars().take(40).map(|character| match character {
@@ -265,6 +290,29 @@ mod tests {
 
     fn message(text: &str) -> Piece {
         Piece::Message(text.to_owned())
+    }
+
+    #[test]
+    fn notes_are_plain_and_fit_into_a_message() {
+        let note = |words: &str| {
+            let mut text = Vec::new();
+            write_note(&mut text, 1_234_567_890, words);
+            let [Piece::Message(message)] = &pieces(&text)[..] else {
+                panic!("{words}")
+            };
+            let (word, rest) = message.trim().split_once(' ').unwrap();
+            assert_eq!(word, "note");
+            parse_note(rest).unwrap()
+        };
+        let stamp_ns = 1_234_567_000;
+        let told = note("scenario: \"sag\" <20 V>\n\u{b0}");
+        assert_eq!(told, (stamp_ns, "scenario: \"sag\" ?20 V???".to_owned()));
+        assert_eq!(note("").1, "");
+        assert_eq!(note(&"x".repeat(1_000)).1, "x".repeat(LONGEST - 32));
+        let mut text = Vec::new();
+        write_note(&mut text, u64::MAX, &"x".repeat(1_000));
+        assert!(text.len() <= LONGEST, "{}", text.len());
+        assert!(parse_note("soon x").is_err() && parse_note("").is_err());
     }
 
     #[test]

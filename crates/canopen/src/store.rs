@@ -32,6 +32,13 @@ pub enum Request {
     Application,
     /// One object (the P3's 0x1010,4).
     Single(Address),
+    /// Sub-indices of one object that are one setting.
+    Run {
+        /// The first of them.
+        first: Address,
+        /// How many.
+        count: u8,
+    },
 }
 
 impl Request {
@@ -53,12 +60,24 @@ impl Request {
         }
     }
 
+    /// Whether it is this very object that is asked for.
+    fn names(self, address: Address) -> bool {
+        match self {
+            Request::Single(single) => single == address,
+            Request::Run { first, count } => {
+                let step = address.sub.wrapping_sub(first.sub);
+                first.index == address.index && step < count
+            }
+            Request::All | Request::Communication | Request::Application => false,
+        }
+    }
+
     fn covers(self, row: &Row, address: Address) -> bool {
         match self {
             Request::All => row.group != Group::None,
             Request::Communication => row.group == Group::Communication,
             Request::Application => row.group == Group::Application,
-            Request::Single(single) => single == address,
+            Request::Single(_) | Request::Run { .. } => self.names(address),
         }
     }
 }

@@ -292,6 +292,8 @@ pub struct HomingConfiguration {
     pub timeout_ms: u32,
     /// Homing fails if it leads farther from its start, counts; 0: it may.
     pub range: u32,
+    /// Homing fails if a hard stop is met nearer to its start, counts; 0: it may be anywhere.
+    pub least_way: u32,
 }
 
 impl HomingConfiguration {
@@ -308,6 +310,7 @@ impl HomingConfiguration {
         back_off: 0,
         timeout_ms: 0,
         range: 0,
+        least_way: 0,
     };
 }
 
@@ -330,6 +333,8 @@ pub enum HomingError {
     TimedOut,
     /// The axis has gone too far from where it began.
     OutOfRange,
+    /// A hard stop was met too near to where the axis began: something else is in the way.
+    TooNear,
 }
 
 impl HomingError {
@@ -344,6 +349,7 @@ impl HomingError {
             HomingError::NoIndex => 6,
             HomingError::TimedOut => 7,
             HomingError::OutOfRange => 8,
+            HomingError::TooNear => 9,
         }
     }
 }

@@ -559,7 +559,15 @@ fn what_cannot_succeed_fails_with_its_reason() {
     // Method, rail, start, error; then a change of the configuration.
     type Change = fn(&mut cia402::HomingConfiguration);
     let as_it_is: Change = |_| {};
-    let cases: [(i8, Rail, i32, HomingError, Change); 16] = [
+    let obstacle = Rail {
+        home: NOWHERE,
+        stops: (-FAR, 2_000),
+        ..RAIL
+    };
+    let cases: [(i8, Rail, i32, HomingError, Change); 17] = [
+        (-4, obstacle, 0, HomingError::TooNear, |homing| {
+            homing.least_way = 2_001;
+        }),
         (0, RAIL, 0, HomingError::NoMethod, as_it_is),
         (15, RAIL, 0, HomingError::NoMethod, as_it_is),
         (36, RAIL, 0, HomingError::NoMethod, as_it_is),

@@ -3,7 +3,7 @@
 mod rig;
 
 use cia402::{Axis, Demand, Mode, State};
-use rig::{PERIOD_NS, Rig, STANDARD};
+use rig::{PERIOD_NS, Random, Rig, STANDARD};
 
 const REACHED: u16 = 0x0400;
 const LIMIT: u16 = 0x0800;
@@ -157,17 +157,71 @@ fn what_is_buffered_does_not_wait_for_a_late_sync() {
     sync(&mut rig);
     rig.run_ms(4);
     assert_eq!(rig.axis.buffered(), 4);
-    // Now it is late: a tick of patience, then on.
-    rig.run_ms(1);
-    assert_eq!(rig.axis.buffered(), 4);
-    assert_eq!(rig.status() & ACTIVE, ACTIVE);
+    // Now it is late.
     rig.run_ms(1);
     assert_eq!(rig.axis.buffered(), 3);
+    assert_eq!(rig.status() & ACTIVE, ACTIVE);
     // When it comes, the period that has begun is not cut short.
     sync(&mut rig);
     rig.run_ms(3);
     assert_eq!(rig.axis.buffered(), 3);
     assert!((rig.sample().position - 120.0).abs() < 1e-2);
+}
+
+#[test]
+fn a_stream_with_a_jittering_sync_does_not_pile_up() {
+    // Set-points come between SYNCs, one each; SYNC is early or late by up to 2 ms of 5.
+    let mut random = Random(60);
+    let mut rig = rig(5);
+    rig.word(GO);
+    let mut most = 0;
+    let mut until_tick = 20;
+    for n in 1..=4000 {
+        assert!(push(&mut rig, n * 20), "full at {n}");
+        // ms/20: each SYNC within 2 ms around its time.
+        let late = random.below(80) as u32;
+        for period in 0..100 {
+            if period == late {
+                sync(&mut rig);
+            }
+            until_tick -= 1;
+            if until_tick == 0 {
+                until_tick = 20;
+                rig.tick();
+            }
+            rig.period();
+        }
+        most = most.max(rig.axis.buffered());
+        rig.trace.clear();
+    }
+    assert!(most <= 3, "{most}");
+    rig.run_ms(40);
+    assert!((rig.sample().position - 80_000.0).abs() < 1e-2);
+    assert_eq!(rig.status() & (ACTIVE | REACHED), REACHED);
+}
+
+#[test]
+fn the_pace_is_that_of_sync() {
+    // The master's clock is 2 % fast or slow, and two set-points are always waiting.
+    for periods in [98, 102] {
+        let mut rig = rig(5);
+        rig.word(GO);
+        assert!(push(&mut rig, 20) && push(&mut rig, 40));
+        for n in 3..=4000 {
+            assert!(push(&mut rig, n * 20), "{periods}: full at {n}");
+            sync(&mut rig);
+            for period in 0..periods {
+                if (n * periods + period) % 20 == 0 {
+                    rig.tick();
+                }
+                rig.period();
+            }
+            rig.trace.clear();
+            assert!(rig.axis.buffered() <= 4, "{periods}: {n}");
+        }
+        rig.run_ms(40);
+        assert!((rig.sample().position - 80_000.0).abs() < 1e-2);
+    }
 }
 
 #[test]

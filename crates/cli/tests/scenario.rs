@@ -193,6 +193,42 @@ fn the_list_of_parameters_is_a_scenario() {
     assert!(printed(&["scenario", "acts"], 0).contains("| `motor-supply` | "));
 }
 
+/// A monitor is told what the scenario does; so is its recording, and another master is not.
+#[test]
+fn a_monitor_shows_what_the_scenario_does() {
+    let folder = Folder::new();
+    let file = folder.file("often.toml");
+    let scenario = "[[event]]\nname = \"jolt\"\nat = \"50 ms\"\nevery = \"50 ms\"\n\
+                    do = \"block-shaft\"\ndrive = 1\nfor = \"1 ms\"\n";
+    fs::write(&file, scenario).unwrap();
+    let sim = support::Sim::start(&["--nodes", "1", "--scenario", &file]);
+    let log = folder.file("seen.pcapng");
+    let words = ["monitor", "--bus", sim.bus(), "--for", "600ms"];
+    let seen = printed(&[&words[..], &["--record", &log]].concat(), 0);
+    let lines: Vec<&str> = seen.lines().collect();
+    assert!(lines.len() > 10, "{seen}");
+    let is_told = |line: &&&str| {
+        let Some((time, words)) = line.split_once(" scenario: event \"jolt\" (line 1)") else {
+            return false;
+        };
+        let time = time
+            .strip_prefix("# ")
+            .and_then(|time| time.parse::<f64>().ok());
+        let words = words.trim_start_matches(" is over");
+        time.is_some() && words.starts_with(": shaft of node 1 ")
+    };
+    assert_eq!(lines.iter().filter(is_told).count(), lines.len(), "{seen}");
+    let seen = printed(&[&words[..], &["--json"]].concat(), 0);
+    assert!(seen.contains("\"note\":"), "{seen}");
+    // Who does not ask is not told: a scan meets frames only.
+    let found = printed(&["scan", "--bus", sim.bus(), "--nodes", "1"], 0);
+    assert!(!found.contains("scenario"), "{found}");
+    let recorded = fs::read(&log).unwrap();
+    let needle = b"scenario: event \"jolt\"";
+    assert!(recorded.windows(needle.len()).any(|bytes| bytes == needle));
+    sim.end();
+}
+
 /// The demo under a scenario: the shaft of node 1 is blocked, so it does not get there.
 #[test]
 fn the_demo_plays_under_a_scenario() {

@@ -231,6 +231,7 @@ impl<R: Real> Cascade<R> {
                 position_loop: closed,
                 velocity_loop: closed_velocity,
                 following_error: self.following_error,
+                following_rate: self.matched_velocity - velocity,
                 velocity_demand: self.matched_velocity + self.command.velocity_offset,
                 velocity,
                 current_demand: self.segment.current + self.segment.acceleration_current,
@@ -273,7 +274,8 @@ impl<R: Real> Cascade<R> {
             d: pick(source.voltage_d_v, by_loop.d),
             q: pick(source.voltage_q_v, by_loop.q),
         };
-        let (voltage, limited) = modulation::inside_circle(wanted, bus_v * c.radius);
+        let (voltage, limited) =
+            modulation::inside_circle(wanted, (bus_v * c.radius).least(c.voltage_limit_v));
         let unrealised = Rotor {
             d: wanted.d - voltage.d,
             q: wanted.q - voltage.q,

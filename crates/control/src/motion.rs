@@ -17,12 +17,18 @@ pub struct MotionGains<R: Real> {
     pub position_kp: R,
     /// counts/s per count and period.
     pub position_ki: R,
+    /// counts/s per count/s.
+    pub position_kd: R,
     /// Bound of the position integrator, counts/s.
     pub position_integral_limit: R,
     /// A per count/s.
     pub velocity_kp: R,
     /// A per count/s and period.
     pub velocity_ki: R,
+    /// A per count/s of what the velocity error's filter leaves.
+    pub velocity_kd: R,
+    /// Part of the velocity error that its filter takes each period, at most 1.
+    pub derivative_part: R,
     /// Bound of the velocity integrator, A.
     pub velocity_integral_limit_a: R,
     /// How steeply torque goes to zero before the velocity limit in torque mode, A per count/s.
@@ -38,6 +44,8 @@ pub struct MotionInput<R: Real> {
     pub velocity_loop: R::Mask,
     /// Position demand − position, counts.
     pub following_error: R,
+    /// Its rate, counts/s.
+    pub following_rate: R,
     /// Velocity demand, offset included, counts/s.
     pub velocity_demand: R,
     /// Actual velocity, counts/s.
@@ -57,6 +65,8 @@ pub struct MotionInput<R: Real> {
 pub struct MotionLoops<R: Real> {
     position_integral: R,
     velocity_integral: R,
+    /// Velocity error behind the filter of its derivative.
+    slow_speed_error: R,
     position_closed: R::Mask,
     velocity_closed: R::Mask,
     /// The bridge was driven in the last period.
@@ -87,6 +97,7 @@ impl<R: Real> MotionLoops<R> {
         Self {
             position_integral: zero,
             velocity_integral: zero,
+            slow_speed_error: zero,
             position_closed: off,
             velocity_closed: off,
             driven: off,
@@ -110,7 +121,8 @@ impl<R: Real> MotionLoops<R> {
             self.position_integral,
             zero,
         );
-        let correction = gains.position_kp * error + held;
+        let correction =
+            gains.position_kp * error + held + gains.position_kd * input.following_rate;
         let wanted = input.velocity_demand + R::select(input.position_loop, correction, zero);
         let wanted = wanted.sane();
         let demand = wanted.within(input.velocity_limit);
@@ -127,7 +139,13 @@ impl<R: Real> MotionLoops<R> {
         let taken_over = self.demand_current - input.current_demand;
         let taken_over = R::select(self.driven, taken_over, zero);
         let held = R::select(self.velocity_closed, self.velocity_integral, taken_over);
-        let by_velocity = gains.velocity_kp * speed_error + held + input.current_demand;
+        let slow = R::select(self.velocity_closed, self.slow_speed_error, speed_error);
+        let fast = speed_error - slow;
+        self.slow_speed_error = (slow + gains.derivative_part * fast).sane();
+        let by_velocity = gains.velocity_kp * speed_error
+            + held
+            + gains.velocity_kd * fast
+            + input.current_demand;
 
         // Torque mode: the torque that would speed up further fades out before the limit.
         let up = (gains.speed_limit_gain * (input.velocity_limit - input.velocity)).greatest(zero);
@@ -170,6 +188,7 @@ impl<R: Real> MotionLoops<R> {
         for state in [
             &mut self.position_integral,
             &mut self.velocity_integral,
+            &mut self.slow_speed_error,
             &mut self.demand_velocity,
             &mut self.demand_current,
             &mut self.excess,

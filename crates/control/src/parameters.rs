@@ -49,6 +49,8 @@ pub struct PowerStage<R: Real> {
     pub current_zero: [R; 2],
     /// Greatest current that the amplifier may be asked for, A (P3 0x3001,8).
     pub current_limit_a: R,
+    /// Longest voltage vector that the amplifier may be asked for, V (P3 0x3001,9).
+    pub voltage_limit_v: R,
     /// Duties stay this far away from 0 and 1, for the sensors or the gate drivers; 0 to ½.
     pub duty_margin: R,
 }
@@ -66,6 +68,8 @@ pub struct Gains<R: Real> {
     pub emf_feed_forward: R,
     /// Velocity, A per count/s and A per count.
     pub velocity: Pi<R>,
+    /// Derivative part of the velocity controller, A per count/s², behind a filter of 400 Hz.
+    pub velocity_derivative: R,
     /// Bound of the velocity integrator, A; the present current limit holds besides.
     pub velocity_integral_limit_a: R,
     /// How steeply torque mode fades out before the velocity limit, A per count/s. The velocity
@@ -73,6 +77,8 @@ pub struct Gains<R: Real> {
     pub speed_limit: R,
     /// Position, 1/s and 1/s².
     pub position: Pi<R>,
+    /// Derivative part of the position controller, counts/s per count/s.
+    pub position_derivative: R,
     /// Bound of the position integrator, counts/s.
     pub position_integral_limit: R,
 }
@@ -99,6 +105,8 @@ pub struct Parameters<R: Real> {
 
 /// Smoothing of the current converters' reading, s.
 const PHASE_ADC_TIME_S: f32 = 0.05;
+/// Filter of the derivative of the velocity error, rad/s: 400 Hz.
+const DERIVATIVE_OMEGA: f32 = 400.0 * core::f32::consts::TAU;
 /// Smoothing of temperature and supply, rad/s: the P3's 18 Hz (l.1051).
 const SLOW_OMEGA: f32 = 18.0 * core::f32::consts::TAU;
 
@@ -109,6 +117,7 @@ pub(crate) struct Constants<R: Real> {
     pub(crate) scales: Scales,
     pub(crate) current_zero: [R; 2],
     pub(crate) amplifier_limit_a: R,
+    pub(crate) voltage_limit_v: R,
     /// How far duties go from one half.
     pub(crate) reach: R,
     /// Longest realisable vector, supply voltages.
@@ -169,6 +178,7 @@ impl<R: Real> Constants<R> {
             scales: p.stage.scales,
             current_zero: p.stage.current_zero,
             amplifier_limit_a: p.stage.current_limit_a,
+            voltage_limit_v: p.stage.voltage_limit_v,
             reach,
             radius: modulation::radius(reach),
             electrical_zero: e.electrical_zero,
@@ -188,9 +198,12 @@ impl<R: Real> Constants<R> {
             motion: MotionGains {
                 position_kp: g.position.kp,
                 position_ki: g.position.ki * p.period_s,
+                position_kd: g.position_derivative,
                 position_integral_limit: g.position_integral_limit,
                 velocity_kp: g.velocity.kp,
                 velocity_ki: g.velocity.ki * p.period_s,
+                velocity_kd: g.velocity_derivative * R::splat(DERIVATIVE_OMEGA),
+                derivative_part: (p.period_s * R::splat(DERIVATIVE_OMEGA)).least(R::splat(1.0)),
                 velocity_integral_limit_a: g.velocity_integral_limit_a,
                 speed_limit_gain: g.speed_limit,
             },

@@ -86,6 +86,7 @@ impl Dice {
         s.scales.voltage_v = self.odd(s.scales.voltage_v);
         s.scales.temperature_k = self.odd(s.scales.temperature_k);
         s.current_zero = [self.odd(2048.0), self.odd(2048.0)];
+        s.voltage_limit_v = self.odd(27.7);
         s.current_limit_a = self.odd(3.5);
         s.duty_margin = self.odd(0.01);
         let g = &mut p.gains;
@@ -97,6 +98,8 @@ impl Dice {
         g.velocity_integral_limit_a = self.odd(3.0);
         g.speed_limit = self.odd(g.speed_limit);
         g.position = self.pi(Pi { kp: 125.0, ki: 3.0 });
+        g.position_derivative = self.odd(1.0);
+        g.velocity_derivative = self.odd(1e-6);
         g.position_integral_limit = self.odd(1e4);
         p.i2t.enabled = self.chance(2);
         p.i2t.literal = self.chance(2);

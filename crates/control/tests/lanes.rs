@@ -61,6 +61,7 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
         stage: PowerStage {
             scales: of[0].stage.scales,
             current_zero: [0, 1].map(|i| lanes(of, |p| p.stage.current_zero[i])),
+            voltage_limit_v: lanes(of, |p| p.stage.voltage_limit_v),
             current_limit_a: lanes(of, |p| p.stage.current_limit_a),
             duty_margin: lanes(of, |p| p.stage.duty_margin),
         },
@@ -73,6 +74,8 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
             velocity_integral_limit_a: lanes(of, |p| p.gains.velocity_integral_limit_a),
             speed_limit: lanes(of, |p| p.gains.speed_limit),
             position: pi(of, |g| g.position),
+            position_derivative: lanes(of, |p| p.gains.position_derivative),
+            velocity_derivative: lanes(of, |p| p.gains.velocity_derivative),
             position_integral_limit: lanes(of, |p| p.gains.position_integral_limit),
         },
         i2t: I2t {

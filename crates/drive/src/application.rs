@@ -1,10 +1,9 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
-use canopen::{Abort, Address, Changed, Image, Instant, NodeId, Verdict, store};
-use cia402::{
-    Actual, Axis, Configuration, Demand, HomingMethod, Mode, ModeRefused, Statusword, Target,
-    Targets,
-};
+mod writes;
+
+use canopen::{Changed, Image, Instant, NodeId, store};
+use cia402::{Actual, Axis, Configuration, Demand, Mode, Statusword, Target, Targets};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
@@ -12,12 +11,13 @@ use personalities::{Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
-use crate::configuration::{JERK_LIMITED, limit, read_configuration, read_targets};
+use crate::configuration::{limit, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
-use crate::inputs::{Asked, Word, analog_target};
-use crate::parameters::{LoopParameters, read_parameters};
+use crate::gains::Direct;
+use crate::inputs::{self, Asked, Word, analog_target};
+use crate::parameters::{LoopParameters, figures, read_parameters};
 use crate::phasing::PhasingWatch;
-use crate::probes::{self, Probes};
+use crate::probes::Probes;
 use crate::publish::publish;
 use crate::{Hardware, ParameterError, PwmTiming};
 
@@ -41,6 +41,10 @@ pub(crate) struct Application {
     new_command: bool,
     new_limits: bool,
     new_parameters: bool,
+    /// Whose gains are given.
+    direct: Direct,
+    /// The gains that follow from those written are in the image.
+    gains_shown: bool,
     /// To be taken once its write is acknowledged.
     pub(crate) new_node_id: Option<NodeId>,
     new_shift: Option<i32>,
@@ -71,7 +75,8 @@ impl Application {
         image: &Image<'_>,
         feedback: Feedback<f32>,
     ) -> Result<(Application, Parameters<f32>), ParameterError> {
-        let (parameters, loops) = read_parameters(image, personality, &hardware)?;
+        let (parameters, loops) =
+            read_parameters(image, personality, &hardware, Direct::default())?;
         let mut application = Application {
             personality,
             hardware,
@@ -88,6 +93,8 @@ impl Application {
             new_command: true,
             new_limits: false,
             new_parameters: true,
+            direct: Direct::default(),
+            gains_shown: false,
             new_node_id: None,
             new_shift: None,
             new_captures: News::INVERTED,
@@ -274,7 +281,7 @@ impl Application {
     pub(crate) fn take_parameters(&mut self, image: &Image<'_>) -> Option<Parameters<f32>> {
         core::mem::take(&mut self.new_parameters).then_some(())?;
         // They were read without an error when they changed.
-        read_parameters(image, self.personality, &self.hardware)
+        read_parameters(image, self.personality, &self.hardware, self.direct)
             .ok()
             .map(|(parameters, _)| parameters)
     }
@@ -337,7 +344,8 @@ impl Application {
     }
 
     fn configure_loops(&mut self, image: &Image<'_>) {
-        match read_parameters(image, self.personality, &self.hardware) {
+        self.gains_shown = false;
+        match read_parameters(image, self.personality, &self.hardware, self.direct) {
             Ok((_, loops)) => {
                 self.loops = loops;
                 self.new_parameters = true;
@@ -431,174 +439,25 @@ impl Application {
         }
     }
 
-    fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
-        if self.is_stopped {
-            return Verdict::Refuse(Abort::DEVICE_STATE);
-        }
-        let asked = self.asked(image);
-        self.word.write(word, asked);
-        self.pass_controlword(image);
-        Verdict::Accept
+    /// The stored parameters are in the image.
+    pub(crate) fn loaded(&mut self, image: &Image<'_>) {
+        self.direct = Direct::of_stored(image, &self.personality.amplifier.gains);
     }
 
-    fn pass_controlword(&mut self, image: &Image<'_>) {
-        let word = self.word.value();
-        // A limit or rate that came in the same RPDO counts already.
-        if word != self.axis.controlword().0 {
-            self.configuration = self.read_configuration(image);
-        }
-        let targets = self.targets(image);
-        let actual = self.actual();
-        let outcome = self
-            .axis
-            .write_controlword(word, &self.configuration, &targets, &actual);
-        if outcome.fault_reset {
-            self.faults.reset();
-        }
-        self.take_demand();
+    /// The image is about to be stored.
+    pub(crate) fn before_store(&mut self, image: &mut Image<'_>) {
+        let gains = &self.personality.amplifier.gains;
+        self.direct.before_store(image, gains);
+        self.gains_shown = false;
     }
 
-    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
-        let targets = self.targets(image);
-        let actual = self.actual();
-        let result = self
-            .axis
-            .write_mode(mode, &self.configuration, &targets, &actual);
-        self.take_demand();
-        match result {
-            Ok(()) => Verdict::Accept,
-            Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
-            Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
-        }
-    }
-
-    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
-    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
-        let targets = read_targets(image, &self.personality.axis);
-        let actual = self.actual();
-        let taken = self
-            .axis
-            .push_set_point(position, &self.configuration, &targets, &actual);
-        if taken {
-            Verdict::Accept
-        } else {
-            Verdict::Refuse(Abort::DEVICE_STATE)
-        }
-    }
-
-    /// A change of direction under power would turn the demand round.
-    fn write_polarity(&self, polarity: i8) -> Verdict {
-        match polarity {
-            1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
-            1 | -1 => Verdict::Accept,
-            _ => Verdict::Refuse(Abort::INVALID_VALUE),
-        }
-    }
-
-    /// Numbers that are reserved are no methods.
-    fn write_homing_method(&self, number: i8) -> Verdict {
-        match HomingMethod::new(number) {
-            Some(_) => Verdict::Accept,
-            None => Verdict::Refuse(Abort::INVALID_VALUE),
-        }
-    }
-
-    fn write_store(&mut self, object: Address, value: u32) -> Verdict {
-        let request = if self.personality.stores_single_entry == Some(object) {
-            // P4: index << 8 | sub-index. Only an object that is stored at all can be saved.
-            let address = Address::from_key(value);
-            match address.filter(|address| store::is_stored(&self.table(), *address)) {
-                Some(address) => store::Request::Single(address),
-                None => return Verdict::Refuse(Abort::CANNOT_STORE),
-            }
-        } else {
-            match store::Request::from_write(object.sub, value) {
-                Ok(request) => request,
-                Err(abort) => return Verdict::Refuse(abort),
-            }
-        };
-        self.storage_request = Some(request);
-        self.restores = false;
-        Verdict::Later
-    }
-
-    fn table(&self) -> canopen::Table {
-        self.personality.device.table
-    }
-}
-
-impl Application {
-    /// What a write to an object that asks means.
-    pub(crate) fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
-        let mut raw = [0; 4];
-        for (place, byte) in raw.iter_mut().zip(new) {
-            *place = *byte;
-        }
-        let raw = u32::from_le_bytes(raw);
-        if self.personality.presets_position == Some(object) {
-            let shift = (raw as i32).wrapping_sub(self.feedback.position);
-            self.axis.preset_position(shift);
-            self.rename(shift);
-            return Verdict::Done;
-        }
-        if self
-            .personality
-            .node_id
-            .is_some_and(|(address, _)| address == object)
-        {
-            // Its row has judged the range.
-            self.new_node_id = NodeId::new(raw as u8);
-            return Verdict::Accept;
-        }
-        let objects = &self.personality.axis;
-        if objects.targets.interpolation_data == Some(object) {
-            return self.write_interpolation_data(image, raw as i32);
-        }
-        if objects.targets.interpolation_clear == Some(object) {
-            self.axis.clear_buffer(raw != 0);
-            return Verdict::Done;
-        }
-        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
-            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
-        {
-            return match self.axis.demand() {
-                Demand::PhaseVoltage { .. } => Verdict::Accept,
-                _ => Verdict::Refuse(Abort::DEVICE_STATE),
-            };
-        }
-        match (object.index.wrapping_sub(objects.base), object.sub) {
-            (0x40, 0) => return self.write_controlword(image, raw as u16),
-            (0x60, 0) => return self.write_mode(image, raw as i8),
-            (0x7E, 0) => return self.write_polarity(raw as i8),
-            (0xB8, 0) if !probes::is_supported(raw as u16) => {
-                return Verdict::Refuse(Abort::INVALID_VALUE);
-            }
-            (0xB8, 0) => return Verdict::Accept,
-            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
-                return Verdict::Accept;
-            }
-            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
-            // P48: an angle only where one is used.
-            (0xEA, 0) => {
-                return match self.axis.demand() {
-                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
-                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
-                };
-            }
-            (0x98, 0) => return self.write_homing_method(raw as i8),
-            _ => {}
-        }
-        match object.index {
-            0x1010 => self.write_store(object, raw),
-            0x1011 => match store::Request::from_restore(object.sub, raw) {
-                Ok(request) => {
-                    self.storage_request = Some(request);
-                    self.restores = true;
-                    Verdict::Later
-                }
-                Err(abort) => Verdict::Refuse(abort),
-            },
-            _ => Verdict::Refuse(Abort::DEVICE_STATE),
+    /// Writes the gains that follow from those written into the image, if they have changed. A write
+    /// to one of them keeps what is shown of the others.
+    pub(crate) fn show_gains(&mut self, image: &mut Image<'_>) {
+        if !core::mem::replace(&mut self.gains_shown, true) {
+            let figures = figures(image, self.personality);
+            let gains = &self.personality.amplifier.gains;
+            self.direct.show(image, gains, &figures);
         }
     }
 
@@ -621,20 +480,10 @@ impl Application {
             }
         }
         if let Some(inputs) = &self.personality.inputs {
-            image.set(inputs.active, self.seen.active);
-            let torque_off = self.signals.torque_off;
-            image.set(inputs.torque_off, u8::from(torque_off));
-            if torque_off {
+            inputs::show(image, inputs, self.seen.active, &self.signals);
+            if self.signals.torque_off {
                 let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
                 image.set(self.personality.axis.statusword, status);
-            }
-            for (object, reading) in inputs
-                .analog
-                .readings
-                .iter()
-                .zip(self.signals.auxiliary_adc)
-            {
-                image.set(*object, reading as u16);
             }
             self.probes.publish(image, &inputs.probes, &self.seen);
         }

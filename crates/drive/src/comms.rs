@@ -34,9 +34,6 @@ pub enum Request {
     /// Start over. After [`Reset::Node`] build the drive anew; after [`Reset::Communication`] call
     /// [`Comms::reset_communication`] with what is stored.
     Reset(Reset),
-    /// The drive answers to another node ID now. Until the next reset of the processor it is the
-    /// one to call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
-    NodeId(NodeId),
 }
 
 /// The node ID in stored parameters, of a drive that keeps its own there (the P3's 0x21B0). Damaged
@@ -66,8 +63,6 @@ pub struct Comms<M> {
     node: Node<M>,
     application: Application,
     reset: Option<Reset>,
-    /// The host has not been told yet.
-    renamed: Option<NodeId>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
     /// The controller has been off the bus since the last poll.
@@ -111,13 +106,14 @@ impl<M: NodeMemory> Comms<M> {
             ..health
         });
         show_id(personality, &mut image, id);
+        application.loaded(&image);
         application.changed(&image, Changed::EVERYTHING);
+        application.show_gains(&mut image);
         let comms = Comms {
             personality,
             node,
             application,
             reset: None,
-            renamed: None,
             restart_in: 0,
             was_bus_off: false,
             next_tick: Instant::NEVER,
@@ -191,7 +187,9 @@ impl<M: NodeMemory> Comms<M> {
         self.next_tick.min(self.node.next_deadline())
     }
 
-    /// The next frame to send, if there is one.
+    /// The next frame to send, if there is one. After the acknowledge of another node ID (the P3's
+    /// 0x21B0) the node has it ([`Node::id`]). Until the next reset of the processor it is the one to
+    /// call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
         let frame = self.node.transmit(&mut Serving {
@@ -211,7 +209,6 @@ impl<M: NodeMemory> Comms<M> {
             && let Some(id) = self.application.new_node_id.take()
         {
             self.node.rename(id);
-            self.renamed = Some(id);
         }
     }
 
@@ -264,9 +261,6 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        if let Some(id) = self.renamed.take() {
-            return Some(Request::NodeId(id));
-        }
         let request = self.application.storage_request.take()?;
         Some(match self.application.restores {
             true => Request::Restore(request),
@@ -287,7 +281,10 @@ impl<M: NodeMemory> Comms<M> {
     ) -> Result<usize, store::Full> {
         let (table, id) = (self.personality.device.table, self.node.id());
         self.node.withdraw_verification();
-        store::save(&table, &self.node.image(), id, request, old, out)
+        self.application.before_store(&mut self.node.image());
+        let used = store::save(&table, &self.node.image(), id, request, old, out);
+        self.application.show_gains(&mut self.node.image());
+        used
     }
 
     /// Makes the bytes to be stored for [`Request::Restore`] in `out`: `old` without what goes back
@@ -363,6 +360,7 @@ impl<M: NodeMemory> Comms<M> {
     fn handle(&mut self, events: Events, now: Instant) {
         if !events.changed.is_empty() {
             self.application.changed(&self.node.image(), events.changed);
+            self.application.show_gains(&mut self.node.image());
         }
         if events.sync {
             self.application.sync(&self.node.image(), now);

@@ -139,6 +139,7 @@ fn homing(image: &Image<'_>, objects: &HomingObjects) -> HomingConfiguration {
         back_off: image.raw(search.back_off),
         timeout_ms: image.raw(search.timeout_ms),
         range: image.raw(search.range),
+        least_way: image.raw(search.least_way),
         ..configuration
     }
 }

@@ -119,6 +119,15 @@ pub(crate) fn analog_target(
     }
 }
 
+/// Writes what the inputs say into the image, `active` being those in the order of 0x60FD.
+pub(crate) fn show(image: &mut Image<'_>, objects: &InputObjects, active: u32, signals: &Signals) {
+    image.set(objects.active, active);
+    image.set(objects.torque_off, u8::from(signals.torque_off));
+    for (object, reading) in objects.analog.readings.iter().zip(signals.auxiliary_adc) {
+        image.set(*object, reading as u16);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

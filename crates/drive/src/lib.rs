@@ -28,6 +28,7 @@ mod configuration;
 mod drive;
 mod faults;
 pub mod flash;
+mod gains;
 mod host;
 mod inputs;
 mod parameters;

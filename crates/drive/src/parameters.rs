@@ -9,6 +9,7 @@ use personalities::{LoopObjects, Personality};
 
 use crate::Hardware;
 use crate::configuration::{limit, value};
+use crate::gains::{Direct, Figures};
 
 /// A set of parameters from which no controller can be made. The drive announces it as a parameter
 /// error and keeps the controllers that it had.
@@ -80,6 +81,16 @@ pub(crate) struct LoopParameters {
     pub(crate) counts_per_turn: u32,
 }
 
+/// What velocity gains follow from, as the objects have it.
+pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
+    let motor = &personality.motor;
+    Figures {
+        inertia_kg_m2: value(image, motor.rotor_inertia),
+        torque_constant_nm_per_a: value(image, motor.torque_constant),
+        counts_per_turn: image.real(motor.encoder_resolution),
+    }
+}
+
 /// Reads the parameters of the loops, and what the communication half needs of them.
 ///
 /// # Errors
@@ -88,6 +99,7 @@ pub(crate) fn read_parameters(
     image: &Image<'_>,
     personality: &Personality,
     hardware: &Hardware,
+    direct: Direct,
 ) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
     let motor = &personality.motor;
     let amplifier = &personality.amplifier;
@@ -136,14 +148,9 @@ pub(crate) fn read_parameters(
         )
     };
     let gains = &amplifier.gains;
-    let velocity = tuning::velocity(
-        value(image, gains.velocity.bandwidth),
-        value(image, gains.velocity.damping),
-        inertia,
-        torque_constant,
-        counts,
-    )?;
-    let position = tuning::position(value(image, gains.position.bandwidth))?;
+    let figures = figures(image, personality);
+    let velocity = direct.velocity(image, &gains.velocity, &figures)?;
+    let position = direct.position(image, &gains.position)?;
 
     let least = |a: f32, b: Option<f32>| match b {
         Some(b) if b < a => b,
@@ -184,6 +191,7 @@ pub(crate) fn read_parameters(
             scales: hardware.scales,
             current_zero: [image.real(zero_a), image.real(zero_b)],
             current_limit_a: amplifier_a,
+            voltage_limit_v: value(image, amplifier.max_phase_voltage),
             duty_margin: hardware.duty_margin,
         },
         gains: Gains {
@@ -191,14 +199,17 @@ pub(crate) fn read_parameters(
             current_q: current(&gains.current_q)?,
             decoupling: 1.0,
             emf_feed_forward: 1.0,
-            velocity,
+            velocity: velocity.pi,
+            velocity_derivative: velocity.kd,
             velocity_integral_limit_a: amplifier_a,
-            speed_limit: velocity.kp,
-            position: tuning::Pi {
-                kp: position,
-                ki: 0.0,
-            },
-            position_integral_limit: 0.0,
+            speed_limit: velocity.pi.kp,
+            position: position.pi,
+            position_derivative: position.kd,
+            position_integral_limit: limit(
+                image,
+                personality.axis.configuration.max_motor_velocity,
+            )
+            .unwrap_or(f32::MAX),
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,

@@ -53,6 +53,10 @@ fn every_method_names_the_place_that_it_promises() {
     let cases = [
         (1, low, 1.0),
         (2, high, -1.0),
+        (3, left, -1.0),
+        (4, left, 1.0),
+        (5, right, 1.0),
+        (6, right, -1.0),
         (7, left, -1.0),
         (8, left, 1.0),
         (9, right, -1.0),
@@ -64,9 +68,19 @@ fn every_method_names_the_place_that_it_promises() {
     ];
     let mut worst: f64 = 0.0;
     for (method, edge, direction) in cases {
+        // A positive home switch is on up to the end, a negative one from the other end on.
+        let home = match method {
+            3 | 4 => (left, f64::INFINITY),
+            5 | 6 => (f64::NEG_INFINITY, right),
+            _ => (left, right),
+        };
+        let rail = Switches {
+            home: Some(home),
+            ..RAIL
+        };
         for start in [-8_000, 5_000, 12_000] {
             for (number, index) in [(method, true), (method + 16, false)] {
-                let mut bench = Bench::new(&P3_EXTENDED, RAIL);
+                let mut bench = Bench::new(&P3_EXTENDED, rail);
                 bench.enable();
                 bench.put(start);
                 bench.start(number, 70_000);
@@ -209,5 +223,26 @@ fn switches_are_faults_outside_homing_where_they_are_looked_for() {
         bench.run_ms(5);
         assert_eq!(bench.read(0x6041, 0) & 0x4F, 0x40);
         assert_eq!(bench.read(0x603F, 0) & 0xFFFF, 0);
+    }
+}
+
+#[test]
+fn the_index_is_the_same_place_with_the_direction_turned_round() {
+    for (polarity, method) in [(1, 33), (1, 34), (-1, 33), (-1, 34)] {
+        let mut bench = Bench::new(&P3_EXTENDED, Switches::default());
+        bench.write(0x607E, 0, polarity, 1);
+        bench.enable();
+        bench.start(method, 0);
+        assert_eq!(bench.finish(), (true, true, false));
+        let position = bench.read(0x6064, 0) * polarity;
+        // Behind the index the encoder reads as far beyond its zero as the position is.
+        let raw = bench.read(0x3012, 1);
+        assert!(
+            ((position - raw + 1).rem_euclid(4096)) <= 2,
+            "{polarity} {method}: {position} {raw}"
+        );
+        // Upwards it is passed going up, downwards going down.
+        let sign = if method == 34 { polarity } else { -polarity };
+        assert!(position * sign > 0 && position * sign < 200, "{position}");
     }
 }

@@ -121,6 +121,7 @@ impl Cause {
                 | Cause::ShortCircuit
                 | Cause::BusOverVoltage
                 | Cause::MotorPhasing
+                | Cause::TorqueOff
         )
     }
 

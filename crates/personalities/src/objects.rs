@@ -238,6 +238,8 @@ pub struct HomingSearchObjects {
     pub timeout_ms: Field,
     /// How far homing may lead, counts; 0: anywhere.
     pub range: Field,
+    /// How far a hard stop is away at least, counts.
+    pub least_way: Field,
     /// Why homing has failed, a number of [`cia402::HomingError`]; 0: it has not.
     pub error: Handle<u8>,
 }
@@ -357,6 +359,8 @@ pub struct MotorObjects {
     pub electrical_zero: Field,
     /// +1 or −1: order of the phases against the encoder's direction.
     pub electrical_polarity: Field,
+    /// Its object, which takes no 0.
+    pub electrical_polarity_at: Address,
     /// Number of poles (twice the pole pairs).
     pub poles: Field,
     /// Nm per A of peak phase current.
@@ -397,6 +401,8 @@ pub struct AmplifierObjects {
     pub pwm_per_control: u32,
     /// Greatest current, A.
     pub max_current: Scaled,
+    /// Longest voltage vector, V of phase amplitude.
+    pub max_phase_voltage: Scaled,
     /// Calibrated readings at no current of phases A and B, converter counts.
     pub current_zero: [Field; 2],
     /// The controllers.
@@ -425,4 +431,21 @@ pub struct LoopObjects {
     pub bandwidth: Scaled,
     /// 1 is critical.
     pub damping: Scaled,
+    /// Gains that can be given in place of the two, if there are such objects.
+    pub direct: Option<DirectGainObjects>,
+}
+
+/// A controller's gains: of a position controller counts/s per count, per count·s and per count/s;
+/// of a velocity controller A per turn/s, per turn and per turn/s².
+#[derive(Clone, Copy, Debug)]
+pub struct DirectGainObjects {
+    /// The object of the bandwidth; that of the damping and the three gains are the sub-indices
+    /// behind it.
+    pub first: Address,
+    /// Proportional part; 0 where the gains are not given.
+    pub proportional: Scaled,
+    /// Integral part.
+    pub integral: Scaled,
+    /// Derivative part.
+    pub derivative: Scaled,
 }

@@ -70,6 +70,7 @@ fn what_it_adds() {
         (0x2430, 4, U32, true),
         (0x2430, 5, U32, true),
         (0x2430, 6, U8, false),
+        (0x2430, 7, U32, true),
         (0x2431, 1, U32, true),
         (0x2431, 2, U8, true),
         (0x2431, 3, U8, true),

@@ -3,6 +3,7 @@
 use control::Real;
 
 use crate::Vector;
+use crate::vector::INVERSE_SQRT_3;
 
 /// Current at the end of a period in which only the diodes conduct.
 ///
@@ -66,8 +67,12 @@ pub fn pulled<R: Real>(shorted: Vector<R>, pull: R) -> Pulled<R> {
     let (a, b, c) = (a + shift, b + shift, c + shift);
     let taken = [a.within(pull), b.within(pull), c.within(pull)];
     let [taken_a, taken_b, taken_c] = taken;
+    // Their sum is zero: the shift has seen to that.
     Pulled {
-        current: Vector::of_phases([a - taken_a, b - taken_b, c - taken_c]),
+        current: Vector {
+            alpha: a - taken_a,
+            beta: ((b - taken_b) - (c - taken_c)) * R::splat(INVERSE_SQRT_3),
+        },
         taken,
     }
 }

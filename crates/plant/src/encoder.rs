@@ -284,3 +284,212 @@ impl<R: Real> Reader<R> {
         R::count_select(above, R::count_sub(raw, self.counts_per_turn), raw)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::{Encoder, EncoderFault};
+    use crate::{Sensed, Sensors, VIRTUAL_P3, Vector};
+    use control::io::Magnet;
+
+    const REST: Sensed<f32> = Sensed {
+        angle: 0,
+        speed_rad_s: 0.0,
+        current: Vector {
+            alpha: 0.0,
+            beta: 0.0,
+        },
+        bus_voltage_v: 48.0,
+        temperature_c: 25.0,
+    };
+
+    fn with_encoder(encoder: Encoder) -> Sensors<f32> {
+        let mut parameters = VIRTUAL_P3;
+        parameters.encoder = encoder;
+        Sensors::new(&parameters)
+    }
+
+    fn reading(sensors: &Sensors<f32>, angle: i32) -> i32 {
+        sensors.sample(&Sensed { angle, ..REST }).encoder
+    }
+
+    /// Difference around the turn, counts.
+    fn around(difference: f64, turn: f64) -> f64 {
+        difference - (difference / turn).round() * turn
+    }
+
+    #[test]
+    fn encoder_rounds_to_the_nearest_count_in_both_directions() {
+        for (counts, zero) in [
+            (4096, 0x0DF8),
+            (4096, 0),
+            (4096, 4095),
+            (1000, 999),
+            (1 << 16, 5),
+        ] {
+            for reversed in [false, true] {
+                let sensors = with_encoder(Encoder {
+                    reversed,
+                    ..Encoder::ideal(counts, zero)
+                });
+                for step in 0..40_000_u32 {
+                    let angle = step.wrapping_mul(107_374) as i32;
+                    let raw = reading(&sensors, angle);
+                    assert!((0..counts as i32).contains(&raw));
+                    // Distance around the turn; f32 knows the angle to 2^-24 of it.
+                    let turn = f64::from(counts);
+                    let sign = if reversed { -1.0 } else { 1.0 };
+                    let exact = f64::from(angle) / 4_294_967_296.0 * turn;
+                    let error = around(f64::from(raw) - f64::from(zero) - sign * exact, turn);
+                    assert!(
+                        error.abs() <= 0.5 + turn * 2.0_f64.powi(-24),
+                        "{angle} {error}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_manuals_reading_under_phase_a() {
+        let sensors = with_encoder(Encoder::ideal(4096, 0x0DF8));
+        assert_eq!(reading(&sensors, 0), 0x0DF8);
+        assert_eq!(reading(&sensors, 1 << 30), (0x0DF8 + 1024) % 4096);
+    }
+
+    #[test]
+    fn eccentricity_lag_and_slip_are_where_they_are_said_to_be() {
+        let encoder = Encoder {
+            eccentricity_counts: 12.0,
+            eccentricity_phase_rad: 0.7,
+            lag_s: 40e-6,
+            ..Encoder::ideal(4096, 100)
+        };
+        for reversed in [false, true] {
+            let mut sensors = with_encoder(Encoder {
+                reversed,
+                ..encoder
+            });
+            sensors.reader().slip(1 << 24);
+            let sign = if reversed { -1.0 } else { 1.0 };
+            let mut worst = 0.0_f64;
+            for step in 0..10_000_u32 {
+                let angle = step.wrapping_mul(429_497) as i32;
+                let speed = 1_000.0;
+                let sensed = Sensed {
+                    angle,
+                    speed_rad_s: speed,
+                    ..REST
+                };
+                let sample = sensors.sample(&sensed);
+                assert!(sample.encoder_valid);
+                let theta = f64::from(angle) / 4_294_967_296.0 * core::f64::consts::TAU
+                    - f64::from(speed) * 40e-6
+                    + core::f64::consts::TAU / 256.0;
+                let counts = theta / core::f64::consts::TAU * 4096.0 + 12.0 * (theta + 0.7).sin();
+                let error = f64::from(sample.encoder) - 100.0 - sign * counts;
+                worst = worst.max(around(error, 4096.0).abs());
+            }
+            assert!(worst < 0.502 && worst > 0.49, "{worst}");
+        }
+    }
+
+    #[test]
+    fn noise_has_the_stated_deviation_and_flickers_between_two_counts() {
+        // Half way between two counts: even with little noise, both are read.
+        let mut sensors = with_encoder(Encoder {
+            noise_counts: 0.2,
+            ..Encoder::ideal(4096, 0)
+        });
+        let half = 1 << 19;
+        let mut seen = [0, 0];
+        for _ in 0..2_000 {
+            seen[reading(&sensors, half + (7 << 20)) as usize - 7] += 1;
+            sensors.advance();
+        }
+        assert!(seen[0] > 850 && seen[1] > 850, "{seen:?}");
+        // Much noise: rounding adds a twelfth of a count squared.
+        let mut sensors = with_encoder(Encoder {
+            noise_counts: 3.0,
+            ..Encoder::ideal(4096, 2048)
+        });
+        let mut square = 0.0;
+        for _ in 0..20_000 {
+            square += f64::from(reading(&sensors, 0) - 2048).powi(2);
+            sensors.advance();
+        }
+        let variance = square / 20_000.0;
+        assert!(
+            (variance / (9.0 + 1.0 / 12.0) - 1.0).abs() < 0.04,
+            "{variance}"
+        );
+        // One moment has one reading.
+        assert_eq!(reading(&sensors, 0), reading(&sensors, 0));
+    }
+
+    #[test]
+    fn a_magnet_that_moves_away_first_warns_then_is_lost() {
+        let mut sensors = with_encoder(Encoder::ideal(4096, 0));
+        let deviation = |sensors: &mut Sensors<f32>| {
+            let square: f64 = (0..1_000)
+                .map(|_| {
+                    sensors.advance();
+                    around(f64::from(reading(sensors, 0)), 4096.0).powi(2)
+                })
+                .sum();
+            (square / 1_000.0).sqrt()
+        };
+        for (mm, magnet, noise) in [
+            (1.0, Magnet::Good, 0.0),
+            (0.3, Magnet::Good, 0.0),
+            (0.2, Magnet::TooStrong, 0.0),
+            (1.9, Magnet::Good, 0.0),
+            // Field 0.302: (0.5/0.302 - 1) of 4 counts.
+            (2.716, Magnet::TooWeak, 2.62),
+        ] {
+            sensors.reader().set_magnet_mm(mm);
+            assert_eq!(sensors.magnet(), magnet, "{mm}");
+            let seen = deviation(&mut sensors);
+            assert!((seen - noise).abs() < 0.25, "{mm}: {seen}");
+            assert!(sensors.sample(&REST).encoder_valid);
+        }
+        sensors.reader().set_magnet_mm(4.2);
+        assert_eq!(sensors.magnet(), Magnet::TooWeak);
+        assert!(!sensors.sample(&REST).encoder_valid);
+        sensors.reader().set_magnet_mm(1.0);
+        assert!(sensors.sample(&REST).encoder_valid);
+    }
+
+    #[test]
+    fn faults_come_and_go() {
+        let mut sensors = with_encoder(Encoder::ideal(4095, 0));
+        let here = Sensed {
+            angle: -1 << 20,
+            ..REST
+        };
+        let good = sensors.sample(&here).encoder;
+        assert_eq!(good, 4094);
+        sensors.set_encoder_fault(EncoderFault::Stuck, &here);
+        let stuck = sensors.sample(&REST);
+        assert_eq!((stuck.encoder, stuck.encoder_valid), (good, true));
+        // Set anew, it sticks where the shaft is by then.
+        sensors.set_encoder_fault(EncoderFault::Stuck, &REST);
+        assert_eq!(sensors.sample(&here).encoder, 0);
+        sensors.set_encoder_fault(EncoderFault::NoAnswer, &here);
+        assert!(!sensors.sample(&here).encoder_valid);
+        sensors.set_encoder_fault(EncoderFault::BadParity, &here);
+        let bad = sensors.sample(&here);
+        assert!(!bad.encoder_valid && bad.encoder != good);
+        sensors.set_encoder_fault(EncoderFault::None, &here);
+        assert_eq!(sensors.sample(&here).encoder, good);
+        // Some of the answers only.
+        sensors.reader().set_bad_answers(0.25);
+        let bad = (0..8_000)
+            .filter(|_| {
+                sensors.advance();
+                !sensors.sample(&here).encoder_valid
+            })
+            .count();
+        assert!((1_850..2_150).contains(&bad), "{bad}");
+    }
+}

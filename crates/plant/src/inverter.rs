@@ -62,6 +62,10 @@ pub struct Inverter<R: Real> {
     /// Periods until the waiting duty becomes active; 0: none waits.
     wait: u8,
     delay: u8,
+    /// The dead time as a part of the PWM period.
+    dead_part: R,
+    /// The active duty has a pulse shorter than the dead time, or a phase that does not switch.
+    narrow: R::Mask,
 }
 
 impl<R: Real> Inverter<R> {
@@ -77,7 +81,29 @@ impl<R: Real> Inverter<R> {
             waiting: open,
             wait: 0,
             delay: delay_periods,
+            dead_part: R::splat(0.0),
+            narrow: R::Mask::splat(false),
         }
+    }
+
+    /// Sets the dead time, as a part of the PWM period, 0 to 0.1.
+    pub fn set_dead_part(&mut self, dead_part: R) {
+        self.dead_part = dead_part;
+        self.activate(self.active);
+    }
+
+    /// The dead time as a part of the PWM period.
+    #[inline(always)]
+    pub fn dead_part(&self) -> R {
+        self.dead_part
+    }
+
+    fn activate(&mut self, duty: Duty<R>) {
+        let (dead, rest) = (self.dead_part, R::splat(1.0) - self.dead_part);
+        let narrow = |fraction: R| fraction.lt(dead) | rest.lt(fraction);
+        let [a, b, c] = duty.phase;
+        self.narrow = narrow(a) | narrow(b) | narrow(c);
+        self.active = duty;
     }
 
     /// Commands a duty at a control boundary.
@@ -87,7 +113,7 @@ impl<R: Real> Inverter<R> {
     /// now, so the delay is at most the time between two commands.
     pub fn load(&mut self, duty: &Duty<R>) {
         if self.wait > 0 {
-            self.active = self.waiting;
+            self.activate(self.waiting);
         }
         let [a, b, c] = duty.phase;
         // A NaN is not even equal to itself.
@@ -100,7 +126,7 @@ impl<R: Real> Inverter<R> {
         self.active.enabled = self.active.enabled & self.waiting.enabled;
         self.wait = self.delay;
         if self.wait == 0 {
-            self.active = self.waiting;
+            self.activate(self.waiting);
         }
     }
 
@@ -124,32 +150,30 @@ impl<R: Real> Inverter<R> {
     /// phase is pulled toward zero with the mean voltage dead time/period · (bus + two diode drops);
     /// `pull_a` is that voltage times the winding's gain. A current that this would turn round ends
     /// at zero instead, as in [`pulled`]. A phase that does not switch in this period (0 or 1) has no
-    /// dead time, and a pulse shorter than it (`dead_part` of the period) is lost but not more.
+    /// dead time, and a pulse shorter than it is lost but not more.
     #[inline(always)]
-    pub fn dead_time(&self, driven: Vector<R>, dead_part: R, pull_a: R) -> Pulled<R> {
-        let [a, b, c] = self.active.phase;
-        let one = R::splat(1.0);
+    pub fn dead_time(&self, driven: Vector<R>, pull_a: R) -> Pulled<R> {
         let quick = pulled(driven, pull_a);
-        let narrow = |duty: R| duty.lt(dead_part) | (one - dead_part).lt(duty);
-        let any = narrow(a) | narrow(b) | narrow(c);
-        if any.any() {
-            let scale = pull_a / dead_part;
-            let slow = pulled_unequally(
-                driven,
-                [a, b, c].map(|duty| {
-                    let zero = R::splat(0.0);
-                    let switches = zero.lt(duty) & duty.lt(one);
-                    let dead = R::select(switches, dead_part, zero);
-                    Pull {
-                        down: scale * dead.least(duty),
-                        up: scale * dead.least(one - duty),
-                    }
-                }),
-            );
-            Pulled::select(any, slow, quick)
+        if self.narrow.any() {
+            Pulled::select(self.narrow, self.narrow_pulses(driven, pull_a), quick)
         } else {
             quick
         }
+    }
+
+    #[inline(never)]
+    fn narrow_pulses(&self, driven: Vector<R>, pull_a: R) -> Pulled<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let scale = pull_a / self.dead_part;
+        let pulls = self.active.phase.map(|fraction| {
+            let switches = zero.lt(fraction) & fraction.lt(one);
+            let dead = R::select(switches, self.dead_part, zero);
+            Pull {
+                down: scale * dead.least(fraction),
+                up: scale * dead.least(one - fraction),
+            }
+        });
+        pulled_unequally(driven, pulls)
     }
 
     /// Mean voltage of the phases against the star point over this PWM period, V.
@@ -164,7 +188,7 @@ impl<R: Real> Inverter<R> {
         if self.wait > 0 {
             self.wait -= 1;
             if self.wait == 0 {
-                self.active = self.waiting;
+                self.activate(self.waiting);
             }
         }
     }

@@ -1,17 +1,16 @@
 //! One drive's world, put together.
 
+mod acts;
+
 use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
 use crate::diodes::{self, Pulled};
 use crate::load::angle_and_turns;
-use crate::switches::{Board, SwitchName};
+use crate::switches::Board;
 use crate::thermal::Heat;
 use crate::wiring::Wiring;
-use crate::{
-    EncoderFault, Inverter, Link, Load, Mechanics, Parameters, Phase, Sensed, Sensors, Short,
-    Supply, Vector, Winding,
-};
+use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Winding};
 
 /// The world of one drive (or of a batch).
 ///
@@ -42,10 +41,11 @@ pub struct Plant<R: Real> {
     wiring: Wiring,
     /// Ideal switches, supply and wires: the short way through a period.
     is_plain: bool,
+    is_sound: bool,
+    has_dead_time: bool,
     /// The gate drivers have opened the bridge, until it is commanded off.
     tripped: R::Mask,
     overcurrent_square: R,
-    dead_part: R,
     bridge_current: R,
     electrical_turns: R::Count,
     heat: Heat<R>,
@@ -91,7 +91,7 @@ pub struct Truth<R: Real> {
     /// negative limit switch, 1 the positive, 2 the home switch; whatever their polarity.
     pub switches: u32,
     /// Current into the bridge, the mean of the last period, A; negative when the motor feeds it.
-    /// 0 with [`Link::IDEAL`], which does not look.
+    /// 0 with [`crate::Link::IDEAL`], which does not look.
     pub bridge_current_a: R,
     /// Current out of the motor supply, the mean of the last period, A; likewise.
     pub supply_current_a: R,
@@ -137,9 +137,10 @@ impl<R: Real> Plant<R> {
             sensors: Sensors::new(parameters),
             wiring: Wiring::default(),
             is_plain: true,
+            is_sound: true,
+            has_dead_time: false,
             tripped: R::Mask::splat(false),
             overcurrent_square: overcurrent_square(parameters),
-            dead_part: dead_part(parameters),
             bridge_current: R::splat(0.0),
             electrical_turns: R::count(motor.electrical_turns().into()),
             heat: Heat::new(R::splat(parameters.ambient_c)),
@@ -225,7 +226,7 @@ impl<R: Real> Plant<R> {
         let bus = self.supply.voltage_v();
         let mut fractions = self.inverter.fractions();
         let mut short_circuit = zero;
-        let is_sound = self.wiring.is_sound();
+        let is_sound = self.is_sound;
         let mut shorted = shorted;
         if !is_sound {
             let switching = self.inverter.enabled() & !self.tripped;
@@ -238,14 +239,15 @@ impl<R: Real> Plant<R> {
         }
         let enabled = self.inverter.enabled() & !self.tripped;
         let full = gain * (bus + self.supply.diode_drops_v());
-        let driven = shorted + Vector::of_phases(fractions) * bus * gain;
+        let direction = Vector::of_phases(fractions);
+        let driven = shorted + direction * bus * gain;
         let mut next = Pulled {
             current: driven,
             taken: [zero; 3],
         };
-        if self.parameters.bridge.dead_time_s > 0.0 {
-            let pull = full * self.dead_part;
-            next = self.inverter.dead_time(driven, self.dead_part, pull);
+        if self.has_dead_time {
+            let pull = full * self.inverter.dead_part();
+            next = self.inverter.dead_time(driven, pull);
         }
         if (!enabled).any() {
             let threshold = self.supply.diode_threshold_v() * gain;
@@ -260,13 +262,15 @@ impl<R: Real> Plant<R> {
         if !self.supply.is_ideal() {
             // Switches connect a phase to the positive rail for its fraction; diodes take from that
             // the part of the bus that they hold against the current.
-            let mean = self.winding.mean(before, self.current).phases();
-            let sum = |[a, b, c]: [R; 3], [d, e, f]: [R; 3]| a * d + b * e + c * f;
-            let by_switches = R::select(enabled, sum(fractions, mean), zero);
-            let [a, b, c] = mean;
+            let mean = self.winding.mean(before, self.current);
+            let [a, b, c] = mean.phases();
+            let along = direction.alpha * mean.alpha + direction.beta * mean.beta;
             let switched = (a.abs() + b.abs() + c.abs()) * self.heat.switching_part();
-            let by_switches = by_switches + R::select(enabled, switched, zero);
-            let by_diodes = sum(next.taken, mean) / R::select(zero.lt(full), full, R::splat(1.0));
+            let by_switches = along * R::splat(1.5) + switched;
+            let by_switches = R::select(enabled, by_switches, zero);
+            let [taken_a, taken_b, taken_c] = next.taken;
+            let taken = taken_a * a + taken_b * b + taken_c * c;
+            let by_diodes = taken / R::select(zero.lt(full), full, R::splat(1.0));
             self.bridge_current = by_switches - by_diodes + short_circuit;
             self.supply.end_period(self.bridge_current);
         }
@@ -283,7 +287,7 @@ impl<R: Real> Plant<R> {
         // During dead times the diodes conduct on both edges; with the bridge open, always.
         let drops = self.supply.diode_drops_v();
         let switching = self.supply.voltage_v() * self.heat.switching_part();
-        let closed = drops * self.dead_part + switching;
+        let closed = drops * self.inverter.dead_part() + switching;
         let per_a = R::select(enabled, closed, drops * R::splat(0.5));
         if self
             .heat
@@ -361,156 +365,19 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// Sets the motor supply's open-circuit voltage, V; 0 (or less) disconnects it. The sensors stay
-    /// alive.
-    pub fn set_supply_v(&mut self, voltage_v: R) {
-        self.supply.set_voltage_v(voltage_v);
-    }
-
-    /// Changes what is between the motor supply and the bridge. The bus keeps its voltage, except that
-    /// an ideal supply sets it.
-    pub fn set_link(&mut self, link: &Link) {
-        self.parameters.link = *link;
-        self.supply.set_link(link, self.parameters.pwm_period_s);
-        self.look_for_effects();
-    }
-
-    /// Sets the logic supply's open-circuit voltage, V; 0 is off.
-    pub fn set_logic_supply_v(&mut self, voltage_v: f32) {
-        self.parameters.logic.supply_v = voltage_v;
-    }
-
-    /// Whether the processor has its supply. Without, it runs no loops, hears nothing, and boots anew
-    /// when the supply returns; that is up to whoever runs it.
-    pub fn logic_powered(&self) -> bool {
-        self.parameters.logic.is_enough()
-    }
-
-    /// Opens the wire of a phase, or mends it.
-    pub fn set_open_phase(&mut self, phase: Phase, open: bool) {
-        self.wiring.set_open(phase, open);
-        self.look_for_effects();
-    }
-
-    /// Puts a short circuit at the motor's wires, or takes it away.
-    pub fn set_short(&mut self, short: Option<Short>) {
-        self.wiring.set_short(short);
-        self.look_for_effects();
-    }
-
-    /// Puts a fault into the encoder, or takes it out. One that sticks shows what it reads now.
-    pub fn set_encoder_fault(&mut self, fault: EncoderFault) {
-        let sensed = self.sensed();
-        self.sensors.set_encoder_fault(fault, &sensed);
-    }
-
-    /// Sets the part of the encoder's answers with a wrong check sum, 0 to 1.
-    pub fn set_bad_answers(&mut self, part: R) {
-        self.sensors.reader().set_bad_answers(part);
-    }
-
-    /// Moves the encoder's magnet to a distance from its sensor, mm; see [`crate::field_at`].
-    pub fn set_magnet_mm(&mut self, distance_mm: f32) {
-        self.sensors.reader().set_magnet_mm(distance_mm);
-    }
-
-    /// Turns the encoder's magnet on the shaft by an angle, 2³² a turn: the electrical zero is
-    /// elsewhere from now on.
-    pub fn slip_magnet(&mut self, angle: R::Count) {
-        self.sensors.reader().slip(angle);
-    }
-
-    /// Starts the sensors' noise anew from a seed, which may be another for each drive of a batch.
-    pub fn set_noise_seed(&mut self, seed: R::Count) {
-        self.sensors.set_noise_seed(seed);
-    }
-
-    /// Sets the torque of the load, Nm; positive opposes positive rotation.
-    pub fn set_load_torque_nm(&mut self, torque_nm: R) {
-        self.mechanics.set_load_torque_nm(torque_nm);
-    }
-
-    /// Changes what hangs on the shaft, which keeps its position and speed.
-    pub fn set_load(&mut self, load: &Load) {
-        self.parameters.load = *load;
-        let (motor, period_s) = (&self.parameters.motor, self.parameters.pwm_period_s);
-        self.mechanics.set_period_s(motor, load, period_s);
-    }
-
-    /// Blocks the shaft where it is, or frees it.
-    pub fn set_blocked(&mut self, blocked: R::Mask) {
-        self.mechanics.set_blocked(blocked);
-    }
-
-    /// Puts shaft and load at an angle (2³² per turn, turn zero) with a speed, rad/s.
-    pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
-        self.mechanics.set_motion(angle, speed_rad_s);
-        self.align_rotor();
-        self.torque = self.winding.torque_nm(self.current, self.rotor);
-    }
-
-    /// Heats or cools the amplifier to a temperature, °C, from which it goes on toward what its losses
-    /// and the surroundings make of it. An undefined value changes nothing.
-    pub fn set_amplifier_temperature_c(&mut self, temperature_c: R) {
-        self.heat.set_amplifier(temperature_c);
-    }
-
-    /// Heats or cools the motor, winding and housing, to a temperature, °C; likewise.
-    pub fn set_motor_temperature_c(&mut self, temperature_c: R) {
-        self.heat.set_motor(temperature_c);
-        if !self.heat.is_off() {
-            self.adopt_temperatures();
-        }
-    }
-
-    /// Sets the temperature of the surroundings, °C. An undefined value changes nothing. Without
-    /// [`Parameters::thermal`] nothing warms or cools to it.
-    pub fn set_ambient_c(&mut self, temperature_c: R) {
-        self.heat.set_ambient(temperature_c);
-    }
-
-    /// Sets the levels of the inputs to which no switch is connected, in the order of
-    /// [`Signals::inputs`].
-    pub fn set_inputs(&mut self, levels: u32) {
-        self.board.set_inputs(levels);
-    }
-
-    /// Presses a switch (`true`), holds it released (`false`), or leaves it to the load again
-    /// (`None`). One that is not connected stays so.
-    pub fn hold_switch(&mut self, name: SwitchName, held: Option<bool>) {
-        self.board.hold(name, held);
-    }
-
-    /// Sets the voltages at the analog inputs 1 and 2, V, of which they show 0 to 3.3; an undefined
-    /// one reads 0.
-    pub fn set_auxiliary_v(&mut self, volts: [f32; 2]) {
-        self.board.set_auxiliary_v(volts);
-    }
-
-    /// Asks for safe torque off, or no longer.
-    pub fn set_torque_off(&mut self, asked: bool) {
-        self.board.set_torque_off(asked);
-    }
-
-    /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
-    /// The period is held between 1 µs and 1 ms.
-    pub fn set_pwm_period_s(&mut self, period_s: f64) {
-        let period_s = if period_s > 1e-6 { period_s } else { 1e-6 };
-        let period_s = if period_s < 1e-3 { period_s } else { 1e-3 };
-        self.parameters.pwm_period_s = period_s;
-        let (motor, load) = (&self.parameters.motor, &self.parameters.load);
-        self.mechanics.set_period_s(motor, load, period_s);
-        self.winding = winding_of(&self.parameters);
-        self.set_heat();
-        self.dead_part = dead_part(&self.parameters);
-        self.supply.set_link(&self.parameters.link, period_s);
-        self.sensors.set_period_s(&self.parameters);
-    }
-
     /// Finds out whether the short way through a period will do.
     fn look_for_effects(&mut self) {
-        let has_dead_time = self.parameters.bridge.dead_time_s > 0.0;
-        let is_ideal = self.supply.is_ideal() && self.wiring.is_sound() && !has_dead_time;
+        let bridge = &self.parameters.bridge;
+        self.has_dead_time = bridge.dead_time_s > 0.0;
+        let dead_part = if self.has_dead_time {
+            // Held to a quarter, should parameters not have been checked.
+            (bridge.dead_time_s / self.parameters.pwm_period_s).clamp(0.0, 0.25)
+        } else {
+            0.0
+        };
+        self.inverter.set_dead_part(R::splat(dead_part as f32));
+        self.is_sound = self.wiring.is_sound();
+        let is_ideal = self.supply.is_ideal() && self.is_sound && !self.has_dead_time;
         self.is_plain = is_ideal && !self.sensors.is_filtered();
     }
 
@@ -532,11 +399,6 @@ fn winding_of<R: Real>(parameters: &Parameters) -> Winding<R> {
     let mut motor = parameters.motor;
     motor.phase_resistance_ohm += parameters.bridge.switch_ohm;
     Winding::new(&motor, parameters.pwm_period_s)
-}
-
-/// The dead time as a part of the PWM period.
-fn dead_part<R: Real>(parameters: &Parameters) -> R {
-    R::splat((parameters.bridge.dead_time_s / parameters.pwm_period_s) as f32)
 }
 
 fn overcurrent_square<R: Real>(parameters: &Parameters) -> R {

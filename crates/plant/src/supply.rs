@@ -106,13 +106,6 @@ impl<R: Real> Stretch<R> {
             volts_per_ampere: real(volts_per_ampere),
         }
     }
-
-    /// The bus voltage one period after `bus`.
-    #[inline(always)]
-    fn after(&self, bus: R, source: R, drawn: R) -> R {
-        let flowing = self.source * (source - bus) - self.across * bus - drawn;
-        bus + flowing * self.volts_per_ampere
-    }
 }
 
 /// The motor supply at work.
@@ -240,16 +233,22 @@ impl<R: Real> Supply<R> {
         let [blocked, blocked_braking] = &self.blocked;
         let [conducting, conducting_braking] = &self.conducting;
         let (source, bus, drawn) = (self.source, self.bus, bridge_current_a);
-        let mut alone = blocked.after(bus, source, drawn);
-        let mut supplied = conducting.after(bus, source, drawn);
+        let (mut across, mut alone_v, mut supplied_v) = (
+            blocked.across,
+            blocked.volts_per_ampere,
+            conducting.volts_per_ampere,
+        );
         if self.has_brake {
             let on = self.brake_on.le(bus) | (self.braking & self.brake_off.lt(bus));
             self.braking = on;
-            alone = R::select(on, blocked_braking.after(bus, source, drawn), alone);
-            supplied = R::select(on, conducting_braking.after(bus, source, drawn), supplied);
-            let brake = blocked_braking.across - blocked.across;
-            self.brake_current = R::select(on, brake * bus, zero);
+            across = R::select(on, blocked_braking.across, across);
+            alone_v = R::select(on, blocked_braking.volts_per_ampere, alone_v);
+            supplied_v = R::select(on, conducting_braking.volts_per_ampere, supplied_v);
+            self.brake_current = (across - blocked.across) * bus;
         }
+        let flowing = -(across * bus) - drawn;
+        let alone = bus + flowing * alone_v;
+        let supplied = bus + (conducting.source * (source - bus) + flowing) * supplied_v;
         // The supply lifts the bus up to its own voltage and never lowers it.
         let next = alone.greatest(supplied.least(source));
         self.supply_current = (next - alone) * self.capacitance_per_period;

@@ -16,7 +16,8 @@ pub struct Vector<R: Real> {
 }
 
 const HALF_SQRT_3: f32 = 0.866_025_4;
-const INVERSE_SQRT_3: f32 = 0.577_350_26;
+/// 1/√3.
+pub(crate) const INVERSE_SQRT_3: f32 = 0.577_350_26;
 
 impl<R: Real> Vector<R> {
     /// The zero vector.

@@ -14,6 +14,7 @@ mod controller;
 mod data_sheet;
 mod disturbance;
 mod drive;
+mod error_frame;
 mod flash;
 mod flash_file;
 mod fleet;
@@ -41,6 +42,7 @@ pub use can::BitRate;
 pub use data_sheet::data_sheet;
 pub use disturbance::{Disturbance, Disturbed, NoShare, Share};
 pub use drive::{DriveSettings, Extremes, VirtualDrive};
+pub use error_frame::ErrorSeen;
 pub use flash::{MemoryFlash, PowerCut, Refusal, Steps};
 pub use flash_file::FlashFile;
 pub use fleet::run_fleet;
@@ -52,7 +54,8 @@ pub use pace::Pacer;
 pub use place::{NoPlace, Place};
 pub use probe::ProbeSample;
 pub use recording::{
-    Injection, Recording, RunHeader, StoredBefore, begin_frames, write_frame, write_notice,
+    Injection, Recording, RunHeader, StoredBefore, begin_frames, write_error, write_frame,
+    write_notice,
 };
 pub use replay::{ReadError, Replayed, replay, replay_each};
 pub use store::StoreError;

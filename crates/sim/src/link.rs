@@ -78,6 +78,7 @@ impl<'a> VirtualLink<'a> {
             }
             let copies = match &happening {
                 Happening::Notice(_) => 1,
+                Happening::Error(_) => 0,
                 Happening::Frame(traffic) if traffic.sender == Sender::Outside(self.client) => 0,
                 Happening::Frame(traffic) => traffic.copies,
             };
@@ -132,7 +133,7 @@ impl Link for VirtualLink<'_> {
                     (Happening::Notice(notice), Some(Teller(listener))) => {
                         listener.hear(&notice);
                     }
-                    (Happening::Notice(_), None) => {}
+                    (Happening::Notice(_), None) | (Happening::Error(_), _) => {}
                 }
             }
             if !self.bus.run_to_frame(until) {

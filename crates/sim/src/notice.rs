@@ -6,6 +6,7 @@ use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
 
+use crate::error_frame::ErrorSeen;
 use crate::medium::{ErrorCounters, Traffic};
 use crate::place::Place;
 use crate::store::StoreError;
@@ -71,11 +72,17 @@ pub enum Happening {
     Frame(Traffic),
     /// There is something that people should know of.
     Notice(Notice),
+    /// The controller of outside programs has seen an error.
+    Error(ErrorSeen),
 }
 
 impl Happening {
-    /// Frames and notices in the order of their times; of one time, frames first.
-    pub(crate) fn merge(traffic: Vec<Traffic>, notices: Vec<Notice>) -> Vec<Happening> {
+    /// All of them in the order of their times; of one time, frames first, then errors.
+    pub(crate) fn merge(
+        traffic: Vec<Traffic>,
+        notices: Vec<Notice>,
+        errors: Vec<ErrorSeen>,
+    ) -> Vec<Happening> {
         let mut all = Vec::with_capacity(traffic.len() + notices.len());
         let mut notices = notices.into_iter().peekable();
         for traffic in traffic {
@@ -85,7 +92,19 @@ impl Happening {
             all.push(Happening::Frame(traffic));
         }
         all.extend(notices.map(Happening::Notice));
+        if !errors.is_empty() {
+            all.extend(errors.into_iter().map(Happening::Error));
+            all.sort_by_key(Happening::order);
+        }
         all
+    }
+
+    fn order(&self) -> (Instant, u8) {
+        match self {
+            Happening::Frame(traffic) => (traffic.at, 0),
+            Happening::Error(error) => (error.at, 1),
+            Happening::Notice(notice) => (notice.at, 2),
+        }
     }
 }
 

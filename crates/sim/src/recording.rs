@@ -36,6 +36,7 @@ use canopen::Instant;
 use personalities::Personality;
 
 use crate::disturbance::Disturbance;
+use crate::error_frame::ErrorSeen;
 use crate::flash_file::FlashFile;
 use crate::medium::{Sender, Traffic};
 use crate::notice::{Happening, Notice, NoticeKind};
@@ -80,6 +81,8 @@ pub struct RunHeader {
     pub bit_rate: BitRate,
     /// What was done to frames between them and the bus.
     pub disturbance: Disturbance,
+    /// Whether its recording has error messages.
+    pub error_frames: bool,
     /// Places and what drives are there.
     pub drives: Vec<(Place, &'static Personality)>,
     /// What they have stored.
@@ -96,6 +99,7 @@ impl RunHeader {
             seed: settings.seed,
             bit_rate: settings.bit_rate,
             disturbance: settings.disturbance,
+            error_frames: settings.error_frames,
             drives: drives.iter().map(|d| (d.place, d.personality)).collect(),
             stored: drives
                 .iter()
@@ -119,6 +123,7 @@ impl RunHeader {
             seed: self.seed,
             bit_rate: self.bit_rate,
             disturbance: self.disturbance,
+            error_frames: self.error_frames,
             drives: drives
                 .map(|&(place, personality)| DriveSettings::at(place, personality))
                 .collect(),
@@ -171,6 +176,9 @@ impl Recording {
             writeln!(run, "lose {}", header.disturbance.lose)?;
             writeln!(run, "duplicate {}", header.disturbance.duplicate)?;
         }
+        if header.error_frames {
+            writeln!(run, "error-frames on")?;
+        }
         for (place, personality) in &header.drives {
             writeln!(run, "drive {place} {}", personality.name)?;
         }
@@ -216,7 +224,7 @@ impl Recording {
         write_notice(&mut self.log, notice)
     }
 
-    /// Either.
+    /// Any of them.
     ///
     /// # Errors
     /// Those of the file system.
@@ -224,6 +232,7 @@ impl Recording {
         match happening {
             Happening::Frame(traffic) => self.frame(traffic),
             Happening::Notice(notice) => self.notice(notice),
+            Happening::Error(error) => write_error(&mut self.log, error),
         }
     }
 
@@ -301,6 +310,14 @@ impl Recording {
 /// Those of the file system, and an ending that tells no format.
 pub fn begin_frames(path: &Path) -> io::Result<Recorder> {
     Recorder::create(path, CHANNEL)
+}
+
+/// Writes an error message.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_error(log: &mut Recorder, error: &ErrorSeen) -> io::Result<()> {
+    log.write(error.at.0, &error.content(), Some(Direction::Received))
 }
 
 /// Writes a frame that went over the bus.

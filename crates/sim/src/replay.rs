@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use bus::recording::Content;
-use bus::recording::candump::{self, Reader, write_line};
+use bus::recording::candump::{self, Reader, write_content, write_line};
 use can::{BitRate, Frame, UnknownBitRate};
 use canopen::Instant;
 
@@ -90,6 +90,7 @@ pub struct Replayed {
 pub fn replay(path: &Path, output: &mut impl Write) -> Result<Replayed, ReadError> {
     let replayed = replay_each(path, &mut |happening| match happening {
         Happening::Frame(traffic) => write_line(output, traffic.at.0, CHANNEL, &traffic.frame),
+        Happening::Error(error) => write_content(output, error.at.0, CHANNEL, &error.content()),
         Happening::Notice(_) => Ok(()),
     })?;
     output.flush().map_err(ReadError::Write)?;
@@ -160,6 +161,7 @@ fn read_run(path: &Path) -> Result<Run, ReadError> {
             seed: 0,
             bit_rate: BitRate::Mbit1,
             disturbance: Disturbance::default(),
+            error_frames: false,
             drives: Vec::new(),
             stored: Vec::new(),
             scenario: None,
@@ -271,6 +273,10 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
             })?;
             run.header.stored.push(StoredBefore { place, bytes });
         }
+        "error-frames" => match words.next("on")? {
+            (_, "on") => run.header.error_frames = true,
+            (column, _) => return Err((column, "on is expected".to_owned())),
+        },
         "block" => {
             let place = words.place()?;
             let (column, state) = words.next("on or off")?;
@@ -299,7 +305,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         }
         _ => {
             let what = format!(
-                "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, drive, \
+                "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, error-frames, drive, \
                  stored, scenario-file, scenario, block, wire, end, or a frame \
                  '(seconds) client1 181#00'"
             );

@@ -20,7 +20,7 @@ fn seconds(drive: DriveSettings, rule: Option<u8>) -> f64 {
         master.write(1, 0x2113, 0, &[rule]);
     }
     // The user's own limits are those of the motor, so that the warning is looked for.
-    master.write_u16(1, 0x2111, 0, 1000);
+    master.write_u16(1, 0x2111, 0, 350);
     master.write_i32(1, 0x6076, 0, 60);
     master.write_u16(1, 0x6040, 0, 0x06);
     master.write_u16(1, 0x6040, 0, 0x0F);

@@ -3,7 +3,7 @@
 mod master;
 use master::*;
 
-use sim::{NoticeKind, Participant, Place};
+use sim::NoticeKind;
 
 /// 0x1010,4: the entry 0x21B0,0 (P4).
 const SAVE_ID: [u8; 4] = [0x00, 0xB0, 0x21, 0x00];
@@ -107,28 +107,27 @@ fn a_single_entry_must_be_one_that_can_be_stored() {
     }
 }
 
-/// The caution of l.229: two nodes of one ID answer at once, with different data, until at least one
-/// is off the bus. It comes back, and they do it again.
+/// The caution of l.229: two nodes of one ID answer at once, with different data. Each such answer
+/// costs both a row of errors, until one is off the bus.
 #[test]
 fn two_nodes_with_one_id_go_offline() {
     let mut master = Master::new(&[1, 2]);
     master.write(1, 0x21B0, 0, &[2, 0]);
     master.run_ms(2);
-    for _ in 0..3 {
+    let mut asked = 0;
+    let off = |master: &mut Master| {
+        let notices = master.bus.take_notices();
+        notices.iter().any(|n| matches!(n.kind, NoticeKind::BusOff))
+    };
+    while !off(&mut master) {
+        asked += 1;
+        assert!(asked < 60, "still on the bus");
         // Their serial numbers differ. The frame behind the request keeps the bus until both have
         // their answers ready.
         master.send(0x602, &[0x40, 0x18, 0x10, 4]);
         master.send(0x010, &[0x55; 8]);
-        master.run_ms(10);
-        let notices = master.bus.take_notices();
-        let off = |node| {
-            let who = Some(Participant::Drive(Place::of_node(id(node))));
-            notices
-                .iter()
-                .any(|n| n.who == who && matches!(n.kind, NoticeKind::BusOff))
-        };
-        assert!(off(1) || off(2), "{notices:?}");
+        master.run_ms(2);
+        assert!(master.drive(2).error_counters().transmit >= 100);
     }
-    // What both say alike does no harm.
-    assert_eq!(master.try_write(2, 0x1017, 0, &[0, 0]), Ok(()));
+    println!("{asked} answers");
 }

@@ -111,6 +111,7 @@ fn trace(bus: &mut Bus) -> Vec<String> {
         .map(|happening| match happening {
             Happening::Frame(traffic) => format!("{traffic:?}"),
             Happening::Notice(notice) => notice.to_string(),
+            Happening::Error(error) => format!("{error:?}"),
         })
         .collect()
 }
@@ -210,7 +211,7 @@ fn a_recording_holds_its_scenario_and_is_repeated_with_all_that_was_told() {
     let text = causes
         .lines()
         .filter_map(|line| line.strip_prefix("scenario "));
-    assert!(text.eq(SCENARIO.lines().map(|line| line)), "{causes}");
+    assert!(text.eq(SCENARIO.lines()), "{causes}");
 }
 
 /// Each drive has a truth of its own within its spread, which depends on seed and place only.

@@ -5,10 +5,9 @@ use master::*;
 
 use can::{Frame, StandardId};
 use canopen::Instant;
-use personalities::p3_extended::P3_EXTENDED;
 use sim::{
-    BitPlace, Bus, BusSettings, DriveSettings, ErrorState, ImpossibleAct, Injection, NoticeKind,
-    Participant, Place, Recording, RunHeader, Sender, WhichFrames, WireAct, WireFault, replay,
+    BitPlace, Bus, BusSettings, ImpossibleAct, Injection, Participant, Place, Recording, RunHeader,
+    Sender, WhichFrames, WireAct, WireFault, replay,
 };
 
 fn drive(node: u8) -> Participant {
@@ -33,7 +32,7 @@ fn errors(master: &mut Master, node: u8) -> (u16, u16) {
 /// Each bit of a request, flipped for everybody: the drive gets it once, and answers once.
 #[test]
 fn a_request_with_any_bit_flipped_is_answered() {
-    let request = frame(0x601, &[0x40, 0x41, 0x60, 0]);
+    let request = frame(0x601, &[0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
     let mut master = Master::new(&[1, 2]);
     for bit in 0..request.frame_bits() {
         for seen_by in [

@@ -16,6 +16,9 @@ use stream::Stream;
 /// Error frames that are kept until they are taken.
 const REPORTS: usize = 100;
 
+/// Notes that are kept until they are taken.
+const NOTES: usize = 1_000;
+
 /// How a connection is made.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -95,6 +98,15 @@ pub struct Report {
     pub error: ErrorFrame,
 }
 
+/// What the other end says that people should know of; a simulation tells what its scenario does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// When, in nanoseconds on the other end's clock.
+    pub stamp_ns: u64,
+    /// What.
+    pub text: String,
+}
+
 #[derive(Debug)]
 enum Way {
     Stream(Stream),
@@ -155,6 +167,26 @@ impl Connection {
                 }
                 What::Error(_) => {}
             }
+        }
+    }
+
+    /// Asks the other end for notes. Simulations behind a socketcand door have some; others have
+    /// none, and that is no error.
+    ///
+    /// # Errors
+    /// The connection is closed or broken.
+    pub async fn ask_notes(&mut self) -> Result<(), ConnectionError> {
+        match &mut self.way {
+            Way::Stream(stream) => stream.ask_notes().await,
+            Way::Interface { .. } => Ok(()),
+        }
+    }
+
+    /// The notes that came before the frame that was received last, or since, at most 1000.
+    pub fn take_notes(&mut self) -> Vec<Note> {
+        match &mut self.way {
+            Way::Stream(stream) => stream.take_notes(),
+            Way::Interface { .. } => Vec::new(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! A connection over TCP: socketcand and slcan, as their clients speak them.
 
-use super::{ConnectionError, Options, Received};
+use super::{ConnectionError, NOTES, Note, Options, Received};
 use crate::endpoint::{Endpoint, Protocol};
-use crate::socketcand::{Messages, Piece, parse_received, write_send};
+use crate::socketcand::{Messages, Piece, parse_note, parse_received, write_send};
 use can::Frame;
 use can::slcan::{Answer, Answers, Command};
 use std::collections::VecDeque;
@@ -21,6 +21,9 @@ pub(super) struct Stream {
     /// What came in and was not yet asked for.
     arrived: VecDeque<Told>,
     text: Vec<u8>,
+    notes: Vec<Note>,
+    /// Notes were asked for, and the answer is not there yet.
+    asks_notes: bool,
 }
 
 /// What the other end can say.
@@ -35,6 +38,8 @@ enum Told {
     No,
     /// `< error … >`.
     Error(String),
+    /// `< note … >`.
+    Note(Note),
     /// Not understood, but the stream goes on.
     Nonsense(String),
     /// Not understood, and nothing after it can be.
@@ -85,6 +90,10 @@ fn socketcand_message(text: &str) -> Option<Told> {
         "hi" => Some(Told::Hi),
         "ok" => Some(Told::Ok),
         "error" => Some(Told::Error(rest.to_owned())),
+        "note" => Some(match parse_note(rest) {
+            Ok((stamp_ns, text)) => Told::Note(Note { stamp_ns, text }),
+            Err(bad) => Told::Nonsense(bad.to_string()),
+        }),
         // Statistics and the like, for which nobody asked.
         _ => None,
     }
@@ -126,6 +135,8 @@ impl Stream {
             decoder,
             arrived: VecDeque::new(),
             text: Vec::new(),
+            notes: Vec::new(),
+            asks_notes: false,
         };
         match connection.decoder {
             Decoder::Socketcand(_) => {
@@ -179,10 +190,28 @@ impl Stream {
         loop {
             match self.next().await? {
                 Told::Frame(received) => return Ok(received),
-                Told::Hi | Told::Ok => {}
+                Told::Ok => self.asks_notes = false,
+                // A server that has none.
+                Told::Error(_) if self.asks_notes => self.asks_notes = false,
+                Told::Note(note) if self.notes.len() < NOTES => self.notes.push(note),
+                Told::Hi | Told::Note(_) => {}
                 told => return Err(self.complaint(told)),
             }
         }
+    }
+
+    /// Asks the other end for notes.
+    pub(super) async fn ask_notes(&mut self) -> Result<(), ConnectionError> {
+        if let Decoder::Socketcand(_) = self.decoder {
+            self.asks_notes = true;
+            self.write(b"< notes >").await?;
+        }
+        Ok(())
+    }
+
+    /// The notes since the last call.
+    pub(super) fn take_notes(&mut self) -> Vec<Note> {
+        std::mem::take(&mut self.notes)
     }
 
     async fn next(&mut self) -> Result<Told, ConnectionError> {
@@ -299,7 +328,7 @@ impl Stream {
                 ConnectionError::Refused { endpoint, text }
             }
             Told::Nonsense(text) | Told::Lost(text) => ConnectionError::Protocol { endpoint, text },
-            Told::Hi | Told::Ok | Told::Frame(_) => {
+            Told::Hi | Told::Ok | Told::Frame(_) | Told::Note(_) => {
                 let text = "an answer came at the wrong time".to_owned();
                 ConnectionError::Protocol { endpoint, text }
             }

@@ -42,6 +42,7 @@ mod socketcand;
 pub use event::{ClientId, Event, LeaveReason, Peer, Trouble};
 pub use listen::OpenError;
 
+use crate::socketcand::write_note;
 use crate::{Endpoint, Protocol};
 use can::Frame;
 use outbox::Outbox;
@@ -206,6 +207,15 @@ impl Doors {
         }
     }
 
+    /// Tells the clients that have asked for it what people should know of. Never waits.
+    pub fn note(&mut self, text: &str, stamp_ns: u64) {
+        let mut message = Vec::new();
+        write_note(&mut message, stamp_ns, text);
+        for (_, outbox) in &self.members {
+            outbox.note(&message);
+        }
+    }
+
     /// The clients now on the bus, in the order in which they joined.
     pub fn clients(&self) -> impl Iterator<Item = ClientId> {
         self.members.iter().map(|(client, _)| *client)
@@ -242,6 +252,7 @@ enum Effect {
     Leave,
     Send(Frame),
     Timestamps(bool),
+    Notes,
     Drop(LeaveReason),
 }
 
@@ -261,6 +272,8 @@ struct Manner {
     timestamps: bool,
     /// socketcand: it knows remote frames.
     remote: bool,
+    /// socketcand: it wants to be told what people should know of.
+    notes: bool,
 }
 
 /// The server's side of one connection's protocol.

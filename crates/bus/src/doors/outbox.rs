@@ -88,6 +88,16 @@ impl Outbox {
         }
     }
 
+    /// Puts in a note, if the client wants notes and is not behind.
+    pub(super) fn note(&self, message: &[u8]) {
+        let state = &mut *self.state();
+        let waits = state.queue.len() >= self.capacity / 2;
+        if state.open && state.stop.is_none() && state.manner.notes && !waits {
+            state.queue.push_back(Item::Text(message.to_vec().into()));
+            self.writer.notify_one();
+        }
+    }
+
     /// Puts in text. The reader does so only while the box is less than half full.
     pub(super) fn say(&self, text: Text) {
         if !text.is_empty() {

@@ -249,6 +249,7 @@ impl Client {
                 }
             }
             Effect::Send(frame) => self.send(frame).await?,
+            Effect::Notes => self.outbox.set_manner(|manner| manner.notes = true),
             Effect::Timestamps(on) => self.outbox.set_manner(|manner| manner.timestamps = on),
             Effect::Drop(reason) => return Err(reason),
         }

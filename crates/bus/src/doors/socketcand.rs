@@ -1,6 +1,6 @@
 //! The server's side of socketcand: which message is allowed when, and what it is answered.
 //!
-//! Understood are `open`, `rawmode`, `send`, `sendrtr` and `echo`. Of socketcand's other modes
+//! Understood are `open`, `rawmode`, `send`, `sendrtr`, `echo` and, of our own, `notes`. Of socketcand's other modes
 //! (BCM, control, ISO-TP) there are none.
 //!
 //! Remote frames (`sendrtr`, `rtr`) came late to the protocol, and python-can knows neither word:
@@ -74,6 +74,7 @@ impl Server {
                 }
                 .answered(OK)
             }
+            ("notes", Stage::Raw) => Effect::Notes.answered(OK),
             // Harmless, and the real server confirms it too.
             ("rawmode", Stage::Raw) => Effect::None.answered(OK),
             ("send" | "sendrtr", Stage::Raw) => match parse_send(words, word == "sendrtr") {
@@ -145,6 +146,8 @@ mod tests {
         assert_eq!(*raw, (JOIN, "< ok >".to_owned()));
         assert_eq!((frame.to_string().as_str(), none.as_str()), ("123#FF", ""));
         assert_eq!(*echo, (Effect::None, "< echo >".to_owned()));
+        let notes = talk(&mut server, "< notes >");
+        assert_eq!(notes, [(Effect::Notes, "< ok >".to_owned())]);
     }
 
     /// Each mistake is answered by one message, and the conversation goes on.

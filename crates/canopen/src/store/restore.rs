@@ -40,7 +40,7 @@ impl Request {
             (Some(row), _) if row.group != Group::None => self.covers(row, address),
             (_, Request::Communication) => address.is_communication(),
             (_, Request::Application) => !address.is_communication(),
-            (_, Request::Single(single)) => single == address,
+            (_, Request::Single(_) | Request::Run { .. }) => self.names(address),
         }
     }
 }

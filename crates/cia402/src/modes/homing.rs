@@ -350,6 +350,9 @@ impl Homing {
         }
         self.pressed_ms = 0;
         let since = inputs.actual.position;
+        if since.wrapping_sub(self.start).unsigned_abs() < homing.least_way {
+            return Err(HomingError::TooNear);
+        }
         let direction = direction.opposite();
         if let Goal::HardStop { index: true, .. } = self.goal {
             self.turn(Stage::Index { direction, since });

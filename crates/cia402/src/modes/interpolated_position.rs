@@ -116,8 +116,9 @@ impl InterpolatedPosition {
             }
     }
 
-    /// The next set-point, if there is one, comes into process.
-    fn take_next(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
+    /// The next set-point, if there is one, comes into process. `catches_up`: if more are waiting,
+    /// what is left of the last period is not waited for.
+    fn take_next(&mut self, catches_up: bool, inputs: &Inputs<'_>) -> Option<Demand> {
         let record = i64::from(self.buffer.pop()?);
         let cut = inputs.configuration.position(record);
         self.limited = Limited {
@@ -130,7 +131,9 @@ impl InterpolatedPosition {
         self.reached = false;
         // What is left of the last period is added, so that the set-points keep their times.
         let left_ns = match self.stage {
-            Stage::Following { .. } => inputs.present.left_ns,
+            Stage::Following { .. } if !catches_up || self.buffer.held == 0 => {
+                inputs.present.left_ns
+            }
             _ => 0,
         };
         let period_ns = inputs.configuration.interpolation_ns();
@@ -167,10 +170,12 @@ impl Generator for InterpolatedPosition {
 
     /// A set-point that comes with a SYNC is in the buffer already.
     fn sync(&mut self, inputs: &Inputs<'_>) -> Option<Demand> {
+        let period_ns = inputs.configuration.interpolation_ns();
+        // One SYNC a set-point: it sets the pace, so that none pile up. Not if it is much faster.
+        let is_beat = u32::from(self.since_sync_ms).saturating_mul(2) >= period_ns / TICK_NS;
         self.since_sync_ms = 0;
-        let early_ns = inputs.configuration.interpolation_ns() / JITTER_DIVISOR;
-        self.is_due(early_ns, inputs)
-            .then(|| self.take_next(inputs))
+        self.is_due(period_ns / JITTER_DIVISOR, inputs)
+            .then(|| self.take_next(is_beat, inputs))
             .flatten()
     }
 
@@ -184,7 +189,7 @@ impl Generator for InterpolatedPosition {
         );
         if !self.has_sync(inputs)
             && self.is_due(TICK_NS / 2, inputs)
-            && let Some(demand) = self.take_next(inputs)
+            && let Some(demand) = self.take_next(false, inputs)
         {
             return Some(demand);
         }
@@ -197,18 +202,21 @@ impl Generator for InterpolatedPosition {
                 Some(path.tick())
             }
             Stage::Following { late } => {
-                // SYNC, or a successor, may be late by a tick. Then what is buffered does not wait.
-                if inputs.present.left_ns == 0 {
-                    *late = late.saturating_add(1);
-                    if *late > 1 {
-                        let next = self.take_next(inputs);
-                        if next.is_none() {
-                            self.stage = Stage::Held;
-                        }
-                        return next;
-                    }
+                if inputs.present.left_ns > 0 {
+                    return None;
                 }
-                None
+                // What is buffered does not wait for a late SYNC, and a successor may be late by a
+                // tick.
+                *late = late.saturating_add(1);
+                let is_late = *late > 1;
+                let next = self
+                    .enabled
+                    .then(|| self.take_next(false, inputs))
+                    .flatten();
+                if next.is_none() && is_late {
+                    self.stage = Stage::Held;
+                }
+                next
             }
             Stage::Limited => Some(self.on(TICK_NS, inputs)),
             Stage::Held => None,

@@ -19,7 +19,8 @@ use crate::{Failure, drive_kind, output, record_file, time_span};
 /// Print the frames of a bus and what they mean, until Ctrl-C or for some time.
 ///
 /// Down to the bits of controlword and statusword, abort codes and emergencies. The contents of
-/// PDOs are known from when their mapping passes by. Times are seconds on the bus's own clock if it
+/// PDOs are known from when their mapping passes by. What a simulation's scenario does stands between
+/// the frames, in lines that begin with `#`. Times are seconds on the bus's own clock if it
 /// has one, else since the connection.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -62,6 +63,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         };
         let mut decoder = Decoder::with_table(arguments.drive.device.table);
         let began = RealTime::now();
+        connection
+            .ask_notes()
+            .await
+            .map_err(Failure::unsuccessful)?;
         while !stop.asked() {
             let left = match arguments.time {
                 Some(time) => time.saturating_sub(began.elapsed()),
@@ -79,6 +84,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             }
             if let Some(log) = &mut log {
                 log.flush()?;
+            }
+            for note in connection.take_notes() {
+                if let Some(log) = &mut log {
+                    log.note(note.stamp_ns, &note.text)?;
+                }
+                if arguments.json {
+                    let line = serde_json::json!({ "time_ns": note.stamp_ns, "note": note.text });
+                    output::print_json_line(&line)?;
+                } else {
+                    output::print(format_args!("# {}", note.text))?;
+                }
             }
             let Ok(received) = received else {
                 continue;
@@ -135,6 +151,11 @@ impl<'a> Log<'a> {
         let received = Some(Direction::Received);
         let written = self.recorder.write(stamp_ns, content, received);
         written.map_err(|error| lost(self.path, &error))
+    }
+
+    fn note(&mut self, stamp_ns: u64, text: &str) -> Result<(), Failure> {
+        let noted = self.recorder.note(stamp_ns, text);
+        noted.map_err(|error| lost(self.path, &error))
     }
 
     /// Now and then.

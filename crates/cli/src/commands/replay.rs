@@ -7,7 +7,8 @@ use std::process::ExitCode;
 
 use bus::recording::Format;
 use sim::{
-    Happening, ReadError, Replayed, begin_frames, replay, replay_each, write_frame, write_notice,
+    Happening, ReadError, Replayed, begin_frames, replay, replay_each, write_error, write_frame,
+    write_notice,
 };
 
 use crate::{Failure, output, record_file};
@@ -88,6 +89,7 @@ fn write(file: &Path, path: &Path) -> Result<ExitCode, Failure> {
                 match happening {
                     Happening::Frame(traffic) => write_frame(&mut log, traffic)?,
                     Happening::Notice(notice) => write_notice(&mut log, notice)?,
+                    Happening::Error(error) => write_error(&mut log, error)?,
                 }
             }
             log.finish(done.end.0)

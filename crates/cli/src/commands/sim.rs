@@ -103,6 +103,10 @@ pub(crate) struct Arguments {
     /// Existing files are replaced.
     #[arg(long, value_name = "FILE", value_parser = record_file::parse)]
     record: Option<PathBuf>,
+    /// Record error messages of outside programs' controller, too, as the driver of a real one
+    /// tells them (SocketCAN).
+    #[arg(long, requires = "record")]
+    error_frames: bool,
     /// Keep the drives' stored parameters in this folder, which is made if needed; without it they
     /// are forgotten at the end.
     #[arg(long, value_name = "DIR")]
@@ -208,7 +212,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         lose: arguments.lose,
         duplicate: arguments.duplicate,
     };
-    let settings = plan.settings(disturbance, arguments.store.as_deref())?;
+    let mut settings = plan.settings(disturbance, arguments.store.as_deref())?;
+    settings.error_frames = arguments.error_frames;
     // The doors first: a busy port must not cost the user an earlier recording.
     let doors = match endpoints.as_slice() {
         [] => None,

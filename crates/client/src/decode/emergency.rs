@@ -49,6 +49,7 @@ const CODES: &[(u16, &str)] = &[
     (0x8612, "position outside its limits"),
     (0x8613, "homing error"),
     (0x8614, "position tracking fault"),
+    (0x9000, "external error: safe torque off"),
 ];
 
 /// Classes, by the bits that `mask` keeps; the narrower ones first.

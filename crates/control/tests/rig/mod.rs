@@ -58,6 +58,7 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             scales: SCALES,
             current_zero: [2048.0, 2048.0],
             current_limit_a: 5.0,
+            voltage_limit_v: 100.0,
             duty_margin: 0.0,
         },
         gains: Gains {
@@ -66,12 +67,14 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             decoupling: 1.0,
             emf_feed_forward: 1.0,
             velocity,
+            velocity_derivative: 0.0,
             velocity_integral_limit_a: 5.0,
             speed_limit: velocity.kp,
             position: Pi {
                 kp: tuning::position(position_hz).unwrap(),
                 ki: 0.0,
             },
+            position_derivative: 0.0,
             position_integral_limit: 0.0,
         },
         i2t: I2t {

@@ -226,7 +226,6 @@ impl World {
                     let id = self.drive.comms().node().id();
                     self.drive.reset_communication(&self.stored, id, self.now);
                 }
-                Request::NodeId(id) => assert_eq!(self.drive.comms().node().id(), id),
                 Request::Reset(Reset::Node) => {
                     self.drive = boot(&self.stored, Health::default(), self.now);
                     self.pending = false;

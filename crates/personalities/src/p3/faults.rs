@@ -12,17 +12,18 @@ pub(crate) const fn threshold(row: Row) -> Row {
     row.rw().store(Application).tells(CONFIGURATION)
 }
 
-/// Thresholds, time-outs and switches. 0 disables.
+/// Thresholds, time-outs and switches. 0 disables. Beyond what the hardware bears none is accepted:
+/// 3.5 A, 56 V, 85 °C; 155 °C in the motor's winding.
 #[rustfmt::skip]
 pub(crate) const OBJECT_ROWS: &[Row] = &[
     threshold(u8(0x2403, 0, "Encoder magnet distance fault").range(0, 1)),
-    threshold(u16(0x2110, 0, "User peak current").unit("0.01A")).tells(CONTROL),
-    threshold(u16(0x2111, 0, "User continuous current").unit("0.01A")).tells(CONTROL),
+    threshold(u16(0x2110, 0, "User peak current").unit("0.01A").range(0, 350)).tells(CONTROL),
+    threshold(u16(0x2111, 0, "User continuous current").unit("0.01A").range(0, 350)).tells(CONTROL),
     threshold(u16(0x2112, 0, "User peak current time").unit("ms")).tells(CONTROL),
-    threshold(u16(0x2384, 6, "Amplifier max voltage").unit("0.1V").default(520)),
-    threshold(u16(0x2384, 7, "Amplifier min voltage").unit("0.1V").default(180)),
-    threshold(u8(0x2384, 9, "Amplifier max temperature").unit("degC").default(85)),
-    threshold(u8(0x220A, 0, "Motor max temperature").unit("degC").default(85)),
+    threshold(u16(0x2384, 6, "Amplifier max voltage").unit("0.1V").range(0, 560).default(520)),
+    threshold(u16(0x2384, 7, "Amplifier min voltage").unit("0.1V").range(0, 480).default(180)),
+    threshold(u8(0x2384, 9, "Amplifier max temperature").unit("degC").range(0, 85).default(85)),
+    threshold(u8(0x220A, 0, "Motor max temperature").unit("degC").range(0, 155).default(85)),
     threshold(u8(0x2404, 0, "CAN overrun fault").range(0, 1)),
     threshold(u16(0x2406, 0, "SYNC loss fault timeout").unit("ms")),
     threshold(u8(0x2405, 0, "Recovered from bus-off fault").range(0, 1)),

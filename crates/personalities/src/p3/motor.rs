@@ -3,15 +3,20 @@
 
 use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u16, u32};
-use canopen::{Dictionary, Row};
+use canopen::{Address, Dictionary, Row};
 
 use super::scaled;
 use crate::class::{CONTROL, TARGET_VOLTAGE};
-use crate::{AmplifierObjects, GainObjects, LoopObjects, MotorObjects};
+use crate::{AmplifierObjects, DirectGainObjects, GainObjects, LoopObjects, MotorObjects};
 
 /// A parameter of the controllers that is stored.
 pub(crate) const fn parameter(row: Row) -> Row {
     row.rw().store(Application).tells(CONTROL)
+}
+
+/// A gain, or what makes one: the drive shows those that follow from the ones written.
+pub(crate) const fn gain(row: Row) -> Row {
+    parameter(row).asks()
 }
 
 /// A value that the drive measures or computes.
@@ -23,7 +28,7 @@ pub(crate) const fn feedback(row: Row) -> Row {
 #[rustfmt::skip]
 pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(i16(0x3011, 1, "Electrical zero").unit("cts").default(0x0DF8)),
-    parameter(i8(0x3011, 2, "Electrical polarity").range(-1, 1).default(1)),
+    parameter(i8(0x3011, 2, "Electrical polarity").range(-1, 1).default(1)).asks(),
     parameter(i8(0x3011, 3, "Pole count").range(2, 126).default(2)),
     // 31.56 mNm/A of peak phase current (P58), rounded to the object's unit.
     parameter(u16(0x3011, 4, "Torque constant").unit("mNm/A").default(32)),
@@ -31,8 +36,8 @@ pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(u16(0x3011, 6, "Terminal inductance").unit("0.01mH").default(73)),
     // 4.45 gcm² × 2¹⁵.
     parameter(u32(0x3011, 7, "Rotor inertia").unit("gcm2/32768").default(145_818)),
-    parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 32767).default(716)),
-    parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 32767).default(2000)),
+    parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 3500).default(716)),
+    parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 3500).default(2000)),
     parameter(i16(0x3011, 10, "Peak current duration").unit("ms").range(0, 32767).default(1000)),
     // Not in the manual; as in the successor. The drive only keeps it, for those who calibrate.
     parameter(i16(0x3011, 11, "Calibration current").unit("mA").range(0, 32767).default(358)),
@@ -48,6 +53,7 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     feedback(u16(0x3000, 1, "Sensed bus voltage").unit("0.1V")),
     feedback(i16(0x3000, 2, "Temperature").unit("degC")),
     parameter(u32(0x3001, 1, "PWM frequency").unit("Hz").range(20_000, 100_000).default(100_000)),
+    // 2 to 7 are the board's own figures. The drive keeps them: it compensates none of them.
     u16(0x3001, 2, "Dead time").rw().unit("ns").default(200).store(Application),
     u16(0x3001, 3, "Minimum gate driver propagation delay").rw().unit("ns").store(Application),
     u16(0x3001, 4, "Delta propagation delay").rw().unit("ns").store(Application),
@@ -55,7 +61,8 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     u16(0x3001, 6, "ADC sampling time").rw().unit("ns").store(Application),
     u16(0x3001, 7, "ADC conversion time").rw().unit("ns").store(Application),
     parameter(i16(0x3001, 8, "Maximum current").unit("mA").range(0, 3500).default(3500)),
-    i16(0x3001, 9, "Maximum phase voltage").rw().unit("mV").default(27_713).store(Application),
+    // At first and at most what 48 V allow.
+    parameter(i16(0x3001, 9, "Maximum phase voltage").unit("mV").range(1, 27_713).default(27_713)),
     feedback(u16(0x3008, 1, "Filtered current sense, phase A").unit("count/16")),
     feedback(u16(0x3008, 2, "Filtered current sense, phase B").unit("count/16")),
     parameter(u16(0x3009, 1, "Current sensor bias, phase A").unit("count").default(0x0729)),
@@ -73,20 +80,21 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
 /// 0x3019: bandwidth and damping of each controller, and the direct gains behind them.
 #[rustfmt::skip]
 pub(crate) const GAIN_ROWS: &[Row] = &[
-    parameter(u16(0x3019, 1, "D-axis control bandwidth").unit("0.1Hz").default(20_000)),
-    parameter(u16(0x3019, 2, "D-axis damping").unit("1/256").default(256)),
-    parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").default(20_000)),
-    parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").default(256)),
-    parameter(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").default(200)),
-    parameter(u16(0x3019, 6, "Position damping").unit("1/256").default(256)),
-    i32(0x3019, 7, "Position proportional gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 8, "Position integral gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 9, "Position derivative gain").rw().unit("acc32").store(Application),
-    parameter(u16(0x3019, 10, "Velocity control bandwidth").unit("0.1Hz").default(1000)),
-    parameter(u16(0x3019, 11, "Velocity damping").unit("1/256").default(256)),
-    i32(0x3019, 12, "Velocity proportional gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 13, "Velocity integral gain").rw().unit("acc32").store(Application),
-    i32(0x3019, 14, "Velocity derivative gain").rw().unit("acc32").store(Application),
+    parameter(u16(0x3019, 1, "D-axis control bandwidth").unit("0.1Hz").range(1, 65_535).default(20_000)),
+    parameter(u16(0x3019, 2, "D-axis damping").unit("1/256").range(1, 65_535).default(256)),
+    parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").range(1, 65_535).default(20_000)),
+    parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").range(1, 65_535).default(200)),
+    // Kept: the rule makes a proportional controller, which has no damping to choose.
+    gain(u16(0x3019, 6, "Position damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(i32(0x3019, 7, "Position proportional gain").unit("1/s*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 8, "Position integral gain").unit("1/s2*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 9, "Position derivative gain").unit("2^-15").range(0, i32::MAX as i64)),
+    gain(u16(0x3019, 10, "Velocity control bandwidth").unit("0.1Hz").range(1, 65_535).default(1000)),
+    gain(u16(0x3019, 11, "Velocity damping").unit("1/256").range(1, 65_535).default(256)),
+    gain(i32(0x3019, 12, "Velocity proportional gain").unit("A/(turn/s)*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 13, "Velocity integral gain").unit("A/turn*2^-15").range(0, i32::MAX as i64)),
+    gain(i32(0x3019, 14, "Velocity derivative gain").unit("mA/(turn/s2)*2^-15").range(0, i32::MAX as i64)),
 ];
 
 /// Where the controllers find the motor's parameters.
@@ -94,6 +102,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
     MotorObjects {
         electrical_zero: objects.need(0x3011, 1),
         electrical_polarity: objects.need(0x3011, 2),
+        electrical_polarity_at: Address::new(0x3011, 2),
         poles: objects.need(0x3011, 3),
         torque_constant: scaled(objects, 0x3011, 4, 1e-3),
         terminal_resistance: scaled(objects, 0x3011, 5, 0.01),
@@ -120,12 +129,19 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
         pwm_frequency_hz: objects.need(0x3001, 1),
         pwm_per_control: 5, // l.888
         max_current: scaled(objects, 0x3001, 8, 1e-3),
+        max_phase_voltage: scaled(objects, 0x3001, 9, 1e-3),
         current_zero: [objects.need(0x3009, 1), objects.need(0x3009, 2)],
         gains: GainObjects {
             current_d: controller(objects, 1),
             current_q: controller(objects, 3),
-            velocity: controller(objects, 10),
-            position: controller(objects, 5),
+            velocity: LoopObjects {
+                direct: direct(objects, 10, 1e-3),
+                ..controller(objects, 10)
+            },
+            position: LoopObjects {
+                direct: direct(objects, 5, 1.0),
+                ..controller(objects, 5)
+            },
             // The manual knows velocity feed-forward only (change AR); so the position lags while the
             // speed changes.
             acceleration_feed_forward: 0.0,
@@ -138,5 +154,22 @@ const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObj
     LoopObjects {
         bandwidth: scaled(objects, 0x3019, sub, 0.1),
         damping: scaled(objects, 0x3019, sub + 1, 1.0 / 256.0),
+        direct: None,
     }
+}
+
+/// Direct gains behind bandwidth and damping at `sub`, acc32_t (S16.15). A derivative gain has a unit
+/// of its own where it is small.
+const fn direct<const N: usize>(
+    objects: &Dictionary<N>,
+    sub: u8,
+    derivative: f32,
+) -> Option<DirectGainObjects> {
+    const ACC32: f32 = 1.0 / 32_768.0;
+    Some(DirectGainObjects {
+        first: Address::new(0x3019, sub),
+        proportional: scaled(objects, 0x3019, sub + 2, ACC32),
+        integral: scaled(objects, 0x3019, sub + 3, ACC32),
+        derivative: scaled(objects, 0x3019, sub + 4, ACC32 * derivative),
+    })
 }

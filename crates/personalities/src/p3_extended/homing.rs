@@ -23,6 +23,8 @@ pub(super) const ROWS: &[Row] = &[
     limit(u32(0x2430, 4, "Homing time-out").unit("ms").default(60_000)),
     limit(u32(0x2430, 5, "Homing range").unit("cts").range(0, i32::MAX as i64)),
     feedback(u8(0x2430, 6, "Homing error")),
+    // The manual's "minimum homing range" (l.1010).
+    limit(u32(0x2430, 7, "Least way to the hard stop").unit("cts").range(0, i32::MAX as i64)),
 ];
 
 const METHODS: usize = HomingMethod::ALL.len();
@@ -58,6 +60,7 @@ pub(super) const fn objects<const N: usize>(objects: &Dictionary<N>) -> HomingOb
             back_off: objects.need(0x2430, 3),
             timeout_ms: objects.need(0x2430, 4),
             range: objects.need(0x2430, 5),
+            least_way: objects.need(0x2430, 7),
             error: objects.handle(0x2430, 6),
         }),
     }

@@ -12,7 +12,8 @@ use crate::{AnalogObjects, InputObjects, ProbeEdgeObjects, ProbeObjects};
 /// Objects of CiA 402, and from 0x2431 on what the standard leaves to makers.
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
-    // Bits 0 to 3: negative limit, positive limit, home switch, interlock; 16 to 19: general inputs.
+    // Bits 0 to 3: negative limit, positive limit, home switch, interlock (shown only); 16 to 19: general
+    // inputs.
     feedback(u32(0x60FD, 0, "Digital inputs")),
     u32(0x60FE, 1, "Physical outputs").rw().rpdo().range(0, OUTPUTS),
     u32(0x60FE, 2, "Output bit mask").rw().range(0, OUTPUTS).store(Application),

@@ -6,7 +6,7 @@ use canopen::Instant;
 use super::Bus;
 use crate::controller::Port;
 use crate::drive::VirtualDrive;
-use crate::medium::{Ended, Sender, Spoilt, Traffic, Wire};
+use crate::medium::{Ended, Sender, Spoilt, Traffic};
 use crate::wire_act::Participant;
 
 impl Bus {
@@ -44,6 +44,7 @@ impl Bus {
             now,
             bit_ns,
             listeners: 0,
+            all_idle: true,
             retry_at: Instant::NEVER,
             contenders: &mut self.contenders,
         };
@@ -67,7 +68,8 @@ impl Bus {
             let frame = self.stranger.contender(now);
             contest.enter(&mut self.stranger.port, Sender::Stranger, frame);
         }
-        let (listeners, retry_at) = (contest.listeners, contest.retry_at);
+        let (listeners, all_idle) = (contest.listeners, contest.all_idle);
+        let retry_at = contest.retry_at;
         let medium = self.media.nth(n);
         medium.retry_at = retry_at;
         medium.contended = !self.contenders.is_empty();
@@ -79,12 +81,13 @@ impl Bus {
             return;
         };
         let winner = *winner;
-        self.begin(n, wire, winner, listeners);
+        self.begin(n, winner, listeners, all_idle);
     }
 
     /// The frame wins arbitration, and others of its identifier begin with it.
-    fn begin(&mut self, n: usize, wire: Wire, winner: Frame, listeners: usize) {
+    fn begin(&mut self, n: usize, winner: Frame, listeners: usize, all_idle: bool) {
         let now = self.now;
+        let wire = self.media.nth(n).wire;
         let key = winner.arbitration_key();
         let same = || {
             let contenders = self.contenders.iter();
@@ -102,8 +105,10 @@ impl Bus {
         let is_heard = listeners > senders.len();
         let is_cable_good = wire.cut_off.is_some() || !self.acts.is_cable_broken(now);
         if is_good && is_heard && spoilt.flips.is_empty() && is_cable_good && !self.every_bit {
-            for (_, port) in self.ports().filter(|(_, port)| port.wire() == wire) {
-                port.protocol.hold(now);
+            if !all_idle {
+                for (_, port) in self.ports().filter(|(_, port)| port.wire() == wire) {
+                    port.protocol.hold(now);
+                }
             }
             let medium = self.media.nth(n);
             let busy_ns = medium.begin_frame(now, winner, senders, spoilt.lost_at);
@@ -208,6 +213,8 @@ struct Contest<'c> {
     bit_ns: u64,
     /// Those that take part, contenders included.
     listeners: usize,
+    /// Whether nobody waits for anything but a frame.
+    all_idle: bool,
     retry_at: Instant,
     contenders: &'c mut Vec<(Sender, Frame)>,
 }
@@ -217,7 +224,9 @@ impl Contest<'_> {
     fn enter(&mut self, port: &mut Port, sender: Sender, frame: Option<Frame>) {
         let protocol = &mut port.protocol;
         protocol.rest(self.now, self.bit_ns);
-        self.listeners += usize::from(protocol.is_idle());
+        let is_idle = protocol.is_idle();
+        self.listeners += usize::from(is_idle);
+        self.all_idle &= is_idle || !protocol.is_on();
         if let Some(frame) = frame {
             match port.may_send_at(self.now) {
                 at if at <= self.now => self.contenders.push((sender, frame)),

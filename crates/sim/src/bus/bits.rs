@@ -5,6 +5,7 @@ use canopen::Instant;
 
 use super::Bus;
 use crate::controller::Port;
+use crate::error_frame::ErrorSeen;
 use crate::medium::{ErrorState, Event, INTERFRAME_BITS, Sender, Spoilt, Traffic, Wire};
 use crate::notice::{Notice, NoticeKind};
 use crate::wire_act::{Participant, WireFault};
@@ -202,14 +203,32 @@ impl Bus {
                         self.gateway.sent(client);
                     }
                 }
+                (
+                    Participant::Outside,
+                    Event::Error {
+                        kind,
+                        field,
+                        transmitter,
+                    },
+                ) => {
+                    let counters = self.outside_error_counters();
+                    self.see_error(ErrorSeen::in_frame(
+                        now,
+                        *kind,
+                        *field,
+                        *transmitter,
+                        counters,
+                    ));
+                }
                 (Participant::Outside, Event::Recovered) => {
+                    self.see_error(ErrorSeen::restarted(now));
                     self.tell(Participant::Outside, NoticeKind::BusOn);
                 }
                 (Participant::Stranger, Event::Sent(frame)) => self.stranger.sent(*frame, now),
                 (Participant::Drive(_), event) => {
                     self.happen_to_drive(wire, *who, event, lost_at.contains(who));
                 }
-                (_, Event::Error { .. })
+                (Participant::Stranger, Event::Error { .. })
                 | (Participant::Stranger, Event::Received(_) | Event::Recovered) => {}
             }
         }
@@ -258,6 +277,11 @@ impl Bus {
     fn change_state(&mut self, who: Participant, state: ErrorState) {
         let Some(port) = self.port(who) else { return };
         let counters = port.protocol.counters;
+        if who == Participant::Outside {
+            let error = ErrorSeen::state(self.now, counters);
+            self.see_error(error);
+        }
+        let Some(port) = self.port(who) else { return };
         if !counters.is_warning() {
             port.told_passive = false;
         }
@@ -293,6 +317,12 @@ impl Bus {
         drives.find(|drive| Participant::Drive(drive.place()) == who)
     }
 
+    fn see_error(&mut self, error: ErrorSeen) {
+        if let Some(errors) = &mut self.errors {
+            errors.push(error);
+        }
+    }
+
     pub(super) fn tell(&mut self, who: Participant, kind: NoticeKind) {
         let node = self.drive_of(who).and_then(|drive| drive.node());
         self.notices.push(Notice {
@@ -324,6 +354,7 @@ impl Bus {
         let gateway = &mut self.gateway.port;
         let bit_ns = gateway.bit_rate().bit_ns();
         if gateway.protocol.counters.is_bus_off() && gateway.protocol.rest(now, bit_ns) {
+            self.see_error(ErrorSeen::restarted(now));
             self.tell(Participant::Outside, NoticeKind::BusOn);
         }
         if self.stranger.port.protocol.is_on() {

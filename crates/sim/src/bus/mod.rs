@@ -9,6 +9,7 @@ use canopen::{Instant, NodeId};
 
 use crate::disturbance::{Disturbance, Disturbed};
 use crate::drive::{DriveSettings, VirtualDrive};
+use crate::error_frame::ErrorSeen;
 use crate::gateway::Gateway;
 use crate::medium::{ErrorCounters, Event, Media, Sender, Traffic};
 use crate::notice::{Happening, Notice, NoticeKind};
@@ -29,6 +30,9 @@ pub struct BusSettings {
     pub bit_rate: BitRate,
     /// What is done to frames between outside programs and the bus.
     pub disturbance: Disturbance,
+    /// Whether error messages of the controller of outside programs are kept
+    /// ([`Happening::Error`]).
+    pub error_frames: bool,
     /// The drives, at different places.
     pub drives: Vec<DriveSettings>,
     /// What happens to them, if anything: [`Scenario::set_up`] puts it here.
@@ -42,6 +46,7 @@ impl BusSettings {
             seed,
             bit_rate: BitRate::Mbit1,
             disturbance: Disturbance::default(),
+            error_frames: false,
             drives,
             scenario: None,
         }
@@ -67,6 +72,8 @@ pub struct Bus {
     samples: Vec<ProbeSample>,
     contenders: Vec<(Sender, Frame)>,
     events: Vec<(Participant, Event)>,
+    /// Error messages, if they are kept.
+    errors: Option<Vec<ErrorSeen>>,
     runner: Option<Runner>,
     /// Acts that are not over.
     acts: Acts,
@@ -99,6 +106,7 @@ impl Bus {
             samples: Vec::new(),
             contenders: Vec::new(),
             events: Vec::new(),
+            errors: settings.error_frames.then(Vec::new),
             acts: Acts::default(),
             every_bit: false,
             runner: settings.scenario.as_ref().map(Runner::new),
@@ -218,7 +226,8 @@ impl Bus {
 
     /// Both, in the order in which they happened.
     pub fn take_happenings(&mut self) -> Vec<Happening> {
-        Happening::merge(self.take_traffic(), self.take_notices())
+        let errors = self.errors.as_mut().map(std::mem::take).unwrap_or_default();
+        Happening::merge(self.take_traffic(), self.take_notices(), errors)
     }
 
     /// Samples every drive's plant each `every_ns` from now on.

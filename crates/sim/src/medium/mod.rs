@@ -8,10 +8,14 @@
 mod counters;
 mod decoder;
 mod protocol;
+mod quiet;
+#[cfg(test)]
+mod random;
 #[cfg(test)]
 mod rules;
 
 pub use counters::{ErrorCounters, ErrorState};
+pub(crate) use decoder::Field;
 pub use protocol::ErrorKind;
 pub(crate) use protocol::{Event, Protocol};
 

@@ -28,7 +28,7 @@ pub const CONDITIONS: &[(&str, &str, &str)] = &[
     (
         "position",
         "\"2.5 turns\"",
-        "The shaft passes this position, counted from where it was at the start; `direction` is \"up\", \"down\" or \"either\" (the default).",
+        "The shaft passes this position, counted from 0 where it starts (unless `load.start` says where that is); `direction` is \"up\", \"down\" or \"either\" (the default).",
     ),
     (
         "speed_above",

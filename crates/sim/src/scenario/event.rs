@@ -81,6 +81,11 @@ pub const EVENT_KEYS: &[(&str, &str, &str)] = &[
         "What other events and messages call it. Without one it is called after its number, as in event 3.",
     ),
     (
+        "drive",
+        "1",
+        "Upon which drive: 1, \"u1\" or \"all\"; for what is done to a connection also \"outside\". Not for what is done to the bus.",
+    ),
+    (
         "do",
         "\"motor-supply\"",
         "What is done: one of the acts below. Needed.",

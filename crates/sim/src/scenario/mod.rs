@@ -18,7 +18,7 @@
 //!
 //! Reading is driven by tables, of which documents and listings are made too: [`PARAMETERS`],
 //! [`ACTS`], [`CONDITIONS`], [`EVENT_KEYS`]. A file is checked whole before anything starts
-//! ([`Scenario::read`], [`Scenario::set_up`]); the [`Runner`] then plays its events inside the
+//! ([`Scenario::read`], [`Scenario::set_up`]); the `Runner` then plays its events inside the
 //! bus's own order of events, so the same seed and scenario give the same trace.
 
 mod act_rows;
@@ -184,12 +184,11 @@ impl Scenario {
         places
     }
 
-    /// The kind that it says the drive at `place` is.
+    /// The kind that a table of its own says the drive at `place` is, or `[drive.all]`.
     pub fn personality_of(&self, place: Place) -> Option<&'static Personality> {
-        let own = self.drives.iter().rev().filter(|drive| drive.is_of(place));
-        own.filter_map(|drive| drive.personality)
-            .next()
-            .or(self.personality)
+        let own = self.drives.iter().rev();
+        let mut own = own.filter(|drive| drive.is_of(place));
+        own.find_map(|drive| drive.personality)
     }
 
     /// Makes the drives of `settings` what it says, and has it played on their bus; `end` is when

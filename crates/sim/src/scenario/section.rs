@@ -86,7 +86,7 @@ impl<'t> Section<'t> {
     /// Where the key is.
     pub(super) fn key_span(&self, wanted: &str) -> Option<Span> {
         let keys = self.table.keys();
-        let key = keys.filter(|key| key.get_ref() == wanted).last();
+        let key = keys.rev().find(|key| key.get_ref() == wanted);
         key.map(Spanned::span)
     }
 
@@ -249,10 +249,7 @@ pub(super) fn read_quantity(
             }
         },
         (DeValue::Float(number), Quantity::Number) => {
-            match number.as_str().replace('_', "").parse() {
-                Ok(number) => number,
-                Err(_) => f64::NAN,
-            }
+            number.as_str().replace('_', "").parse().unwrap_or(f64::NAN)
         }
         (DeValue::String(text), _) if !quantity.units().is_empty() => match quantity.parse(text) {
             Ok(number) => number,

@@ -111,7 +111,9 @@ impl Master {
         let mut data = vec![0x22, low, high, sub];
         data.extend(value);
         // The faithful P3 takes frames as short as the manual's, the extended one whole frames.
-        let takes_short = self.drive(node).personality().device.dialect.short_requests;
+        // One that is just getting a node ID over the bus is a P3.
+        let drive = self.bus.drive(id(node));
+        let takes_short = drive.is_none_or(|d| d.personality().device.dialect.short_requests);
         if !takes_short {
             data[0] |= 1 | (4 - value.len() as u8) << 2;
             data.resize(8, 0);

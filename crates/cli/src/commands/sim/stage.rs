@@ -184,7 +184,16 @@ impl Stage {
                     if let Some(log) = &mut self.log {
                         log.write(|recording| recording.notice(&notice))?;
                     }
+                    if let Some(doors) = &mut self.doors {
+                        doors.note(&notice.to_string(), notice.at.0);
+                    }
                     tell(notice);
+                    continue;
+                }
+                Happening::Error(_) => {
+                    if let Some(log) = &mut self.log {
+                        log.write(|recording| recording.happening(&happening))?;
+                    }
                     continue;
                 }
             };

@@ -1,0 +1,261 @@
+//! Gains of the position and the velocity controller: by bandwidth and damping, or given directly.
+//!
+//! What was written last is what counts. The other form is computed and shown: the gains that the
+//! rule makes of a bandwidth, or the bandwidth and damping that belong to given gains.
+
+use canopen::{Address, Image};
+use control::Real;
+use control::tuning::{self, Pi, TuningError};
+use personalities::{GainObjects, LoopObjects, Scaled};
+
+use crate::configuration::value;
+
+/// Which controllers' gains are given directly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Direct {
+    position: bool,
+    velocity: bool,
+}
+
+/// A controller with all three parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pid {
+    pub(crate) pi: Pi,
+    /// Output per input's rate.
+    pub(crate) kd: f32,
+}
+
+/// What velocity gains follow from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Figures {
+    pub(crate) inertia_kg_m2: f32,
+    pub(crate) torque_constant_nm_per_a: f32,
+    pub(crate) counts_per_turn: f32,
+}
+
+/// What a write to one of a controller's objects does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GainWrite {
+    /// Bandwidth or damping.
+    ByRule,
+    /// A gain.
+    Direct,
+    /// A proportional gain of 0, with which there is no controller.
+    NoGain,
+    /// A damping where no bandwidth belongs to the gains that are given.
+    NoBandwidth,
+}
+
+/// Objects of a controller, one after the other: bandwidth, damping, three gains.
+const RUN: u8 = 5;
+
+fn place(objects: &LoopObjects, object: Address) -> Option<u8> {
+    let direct = objects.direct.as_ref()?;
+    let step = object.sub.wrapping_sub(direct.first.sub);
+    (object.index == direct.first.index && step < RUN).then_some(step)
+}
+
+/// The objects that are stored together with `object`, because they are one setting.
+pub(crate) fn stored_together(gains: &GainObjects, object: Address) -> Option<(Address, u8)> {
+    let objects = [&gains.position, &gains.velocity];
+    let one = objects
+        .into_iter()
+        .find(|one| place(one, object).is_some())?;
+    one.direct.as_ref().map(|direct| (direct.first, RUN))
+}
+
+impl Direct {
+    /// As stored: gains that are given have a proportional part, those by the rule are stored as 0.
+    pub(crate) fn of_stored(image: &Image<'_>, gains: &GainObjects) -> Direct {
+        let given = |objects: &LoopObjects| {
+            let direct = objects.direct.as_ref();
+            direct.is_some_and(|direct| image.number(direct.proportional.field) != 0)
+        };
+        Direct {
+            position: given(&gains.position),
+            velocity: given(&gains.velocity),
+        }
+    }
+
+    /// What is stored of the gains is what counts: none where the rule makes them.
+    pub(crate) fn before_store(self, image: &mut Image<'_>, gains: &GainObjects) {
+        for (objects, given) in [
+            (&gains.position, self.position),
+            (&gains.velocity, self.velocity),
+        ] {
+            if let (Some(direct), false) = (&objects.direct, given) {
+                for gain in [direct.proportional, direct.integral, direct.derivative] {
+                    image.set_number(gain.field, 0);
+                }
+            }
+        }
+    }
+
+    /// Takes note of a write; `None` if it is to no controller's object.
+    pub(crate) fn written(
+        &mut self,
+        image: &Image<'_>,
+        gains: &GainObjects,
+        object: Address,
+        new: u32,
+    ) -> Option<GainWrite> {
+        for (objects, given) in [
+            (&gains.position, &mut self.position),
+            (&gains.velocity, &mut self.velocity),
+        ] {
+            let Some(step) = place(objects, object) else {
+                continue;
+            };
+            let has_bandwidth = image.number(objects.bandwidth.field) != 0;
+            let write = match step {
+                1 if !has_bandwidth => GainWrite::NoBandwidth,
+                0 | 1 => GainWrite::ByRule,
+                2 if new == 0 => GainWrite::NoGain,
+                _ => GainWrite::Direct,
+            };
+            match write {
+                GainWrite::ByRule => *given = false,
+                GainWrite::Direct => *given = true,
+                GainWrite::NoGain | GainWrite::NoBandwidth => {}
+            }
+            return Some(write);
+        }
+        None
+    }
+
+    /// The position controller, 1/s, 1/s² and a number. By the rule it is proportional; a damping
+    /// has no part in it.
+    pub(crate) fn position(
+        self,
+        image: &Image<'_>,
+        objects: &LoopObjects,
+    ) -> Result<Pid, TuningError> {
+        match given(image, objects) {
+            Some(pid) if self.position => Ok(pid),
+            _ => Ok(Pid {
+                pi: Pi {
+                    kp: tuning::position(value(image, objects.bandwidth))?,
+                    ki: 0.0,
+                },
+                kd: 0.0,
+            }),
+        }
+    }
+
+    /// The velocity controller, A per count/s, A per count, A per count/s².
+    pub(crate) fn velocity(
+        self,
+        image: &Image<'_>,
+        objects: &LoopObjects,
+        figures: &Figures,
+    ) -> Result<Pid, TuningError> {
+        let turns = 1.0 / figures.counts_per_turn;
+        match given(image, objects) {
+            Some(Pid { pi, kd }) if self.velocity => Ok(Pid {
+                pi: Pi {
+                    kp: pi.kp * turns,
+                    ki: pi.ki * turns,
+                },
+                kd: kd * turns,
+            }),
+            _ => {
+                let pi = tuning::velocity(
+                    value(image, objects.bandwidth),
+                    value(image, objects.damping),
+                    figures.inertia_kg_m2,
+                    figures.torque_constant_nm_per_a,
+                    figures.counts_per_turn,
+                )?;
+                Ok(Pid { pi, kd: 0.0 })
+            }
+        }
+    }
+
+    /// Writes into the image the form that does not count. What cannot be computed is 0.
+    pub(crate) fn show(self, image: &mut Image<'_>, gains: &GainObjects, figures: &Figures) {
+        let none = Pid {
+            pi: Pi { kp: 0.0, ki: 0.0 },
+            kd: 0.0,
+        };
+        let position = self.position(image, &gains.position).unwrap_or(none);
+        // The velocity loop is taken for ideal: position follows velocity demand.
+        show_loop(image, &gains.position, self.position, &position, 1.0, 1.0);
+        let velocity = self.velocity(image, &gains.velocity, figures);
+        let inertia = tuning::acceleration_current(
+            figures.inertia_kg_m2,
+            figures.torque_constant_nm_per_a,
+            figures.counts_per_turn,
+        );
+        show_loop(
+            image,
+            &gains.velocity,
+            self.velocity,
+            &velocity.unwrap_or(none),
+            inertia.unwrap_or(0.0),
+            figures.counts_per_turn,
+        );
+    }
+}
+
+/// The gains in the objects' units.
+fn given(image: &Image<'_>, objects: &LoopObjects) -> Option<Pid> {
+    let direct = objects.direct.as_ref()?;
+    Some(Pid {
+        pi: Pi {
+            kp: value(image, direct.proportional),
+            ki: value(image, direct.integral),
+        },
+        kd: value(image, direct.derivative),
+    })
+}
+
+/// `inertia` is the output for which the controlled quantity's rate is 1, `per_object` the objects'
+/// gain of an internal gain of 1.
+fn show_loop(
+    image: &mut Image<'_>,
+    objects: &LoopObjects,
+    is_given: bool,
+    pid: &Pid,
+    inertia: f32,
+    per_object: f32,
+) {
+    let Some(direct) = &objects.direct else {
+        return;
+    };
+    if is_given {
+        let (bandwidth_hz, damping) = equivalent(pid, inertia);
+        put(image, objects.bandwidth, bandwidth_hz);
+        if let Some(damping) = damping {
+            put(image, objects.damping, damping);
+        }
+    } else {
+        put(image, direct.proportional, pid.pi.kp * per_object);
+        put(image, direct.integral, pid.pi.ki * per_object);
+        put(image, direct.derivative, pid.kd * per_object);
+    }
+}
+
+/// The natural frequency, Hz, and the damping ratio of (inertia + kd)·s² + kp·s + ki. Without an
+/// integral part the loop is of first order and has a bandwidth only.
+fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
+    let Pid {
+        pi: Pi { kp, ki },
+        kd,
+    } = *pid;
+    let total = inertia + kd;
+    if ki > 0.0 && total > 0.0 {
+        let root = <f32 as Real>::sqrt(ki * total);
+        let omega = root / total;
+        return (omega / core::f32::consts::TAU, Some(kp / (2.0 * root)));
+    }
+    if total > 0.0 {
+        (kp / (total * core::f32::consts::TAU), None)
+    } else {
+        (0.0, None)
+    }
+}
+
+/// Rounded, and held within the object's type; what is not a number is 0.
+fn put(image: &mut Image<'_>, object: Scaled, value: f32) {
+    image.set_number(object.field, (value * object.per_unit + 0.5) as i64);
+}

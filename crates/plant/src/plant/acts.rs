@@ -1,0 +1,155 @@
+//! What can be done to a world while it runs.
+
+use control::Real;
+
+use super::{Plant, winding_of};
+use crate::switches::SwitchName;
+use crate::{EncoderFault, Link, Load, Phase, Short};
+
+impl<R: Real> Plant<R> {
+    /// Sets the motor supply's open-circuit voltage, V; 0 (or less) disconnects it. The sensors stay
+    /// alive.
+    pub fn set_supply_v(&mut self, voltage_v: R) {
+        self.supply.set_voltage_v(voltage_v);
+    }
+
+    /// Changes what is between the motor supply and the bridge. The bus keeps its voltage, except that
+    /// an ideal supply sets it.
+    pub fn set_link(&mut self, link: &Link) {
+        self.parameters.link = *link;
+        self.supply.set_link(link, self.parameters.pwm_period_s);
+        self.look_for_effects();
+    }
+
+    /// Sets the logic supply's open-circuit voltage, V; 0 is off.
+    pub fn set_logic_supply_v(&mut self, voltage_v: f32) {
+        self.parameters.logic.supply_v = voltage_v;
+    }
+
+    /// Whether the processor has its supply. Without, it runs no loops, hears nothing, and boots anew
+    /// when the supply returns; that is up to whoever runs it.
+    pub fn logic_powered(&self) -> bool {
+        self.parameters.logic.is_enough()
+    }
+
+    /// Opens the wire of a phase, or mends it.
+    pub fn set_open_phase(&mut self, phase: Phase, open: bool) {
+        self.wiring.set_open(phase, open);
+        self.look_for_effects();
+    }
+
+    /// Puts a short circuit at the motor's wires, or takes it away.
+    pub fn set_short(&mut self, short: Option<Short>) {
+        self.wiring.set_short(short);
+        self.look_for_effects();
+    }
+
+    /// Puts a fault into the encoder, or takes it out. One that sticks shows what it reads now.
+    pub fn set_encoder_fault(&mut self, fault: EncoderFault) {
+        let sensed = self.sensed();
+        self.sensors.set_encoder_fault(fault, &sensed);
+    }
+
+    /// Sets the part of the encoder's answers with a wrong check sum, 0 to 1.
+    pub fn set_bad_answers(&mut self, part: R) {
+        self.sensors.reader().set_bad_answers(part);
+    }
+
+    /// Moves the encoder's magnet to a distance from its sensor, mm; see [`crate::field_at`].
+    pub fn set_magnet_mm(&mut self, distance_mm: f32) {
+        self.sensors.reader().set_magnet_mm(distance_mm);
+    }
+
+    /// Turns the encoder's magnet on the shaft by an angle, 2³² a turn: the electrical zero is
+    /// elsewhere from now on.
+    pub fn slip_magnet(&mut self, angle: R::Count) {
+        self.sensors.reader().slip(angle);
+    }
+
+    /// Starts the sensors' noise anew from a seed, which may be another for each drive of a batch.
+    pub fn set_noise_seed(&mut self, seed: R::Count) {
+        self.sensors.set_noise_seed(seed);
+    }
+
+    /// Sets the torque of the load, Nm; positive opposes positive rotation.
+    pub fn set_load_torque_nm(&mut self, torque_nm: R) {
+        self.mechanics.set_load_torque_nm(torque_nm);
+    }
+
+    /// Changes what hangs on the shaft, which keeps its position and speed.
+    pub fn set_load(&mut self, load: &Load) {
+        self.parameters.load = *load;
+        let (motor, period_s) = (&self.parameters.motor, self.parameters.pwm_period_s);
+        self.mechanics.set_period_s(motor, load, period_s);
+    }
+
+    /// Blocks the shaft where it is, or frees it.
+    pub fn set_blocked(&mut self, blocked: R::Mask) {
+        self.mechanics.set_blocked(blocked);
+    }
+
+    /// Puts shaft and load at an angle (2³² per turn, turn zero) with a speed, rad/s.
+    pub fn set_motion(&mut self, angle: R::Count, speed_rad_s: R) {
+        self.mechanics.set_motion(angle, speed_rad_s);
+        self.align_rotor();
+        self.torque = self.winding.torque_nm(self.current, self.rotor);
+    }
+
+    /// Heats or cools the amplifier to a temperature, °C, from which it goes on toward what its losses
+    /// and the surroundings make of it. An undefined value changes nothing.
+    pub fn set_amplifier_temperature_c(&mut self, temperature_c: R) {
+        self.heat.set_amplifier(temperature_c);
+    }
+
+    /// Heats or cools the motor, winding and housing, to a temperature, °C; likewise.
+    pub fn set_motor_temperature_c(&mut self, temperature_c: R) {
+        self.heat.set_motor(temperature_c);
+        if !self.heat.is_off() {
+            self.adopt_temperatures();
+        }
+    }
+
+    /// Sets the temperature of the surroundings, °C. An undefined value changes nothing. Without
+    /// [`crate::Parameters::thermal`] nothing warms or cools to it.
+    pub fn set_ambient_c(&mut self, temperature_c: R) {
+        self.heat.set_ambient(temperature_c);
+    }
+
+    /// Sets the levels of the inputs to which no switch is connected, in the order of
+    /// [`control::io::Signals::inputs`].
+    pub fn set_inputs(&mut self, levels: u32) {
+        self.board.set_inputs(levels);
+    }
+
+    /// Presses a switch (`true`), holds it released (`false`), or leaves it to the load again
+    /// (`None`). One that is not connected stays so.
+    pub fn hold_switch(&mut self, name: SwitchName, held: Option<bool>) {
+        self.board.hold(name, held);
+    }
+
+    /// Sets the voltages at the analog inputs 1 and 2, V, of which they show 0 to 3.3; an undefined
+    /// one reads 0.
+    pub fn set_auxiliary_v(&mut self, volts: [f32; 2]) {
+        self.board.set_auxiliary_v(volts);
+    }
+
+    /// Asks for safe torque off, or no longer.
+    pub fn set_torque_off(&mut self, asked: bool) {
+        self.board.set_torque_off(asked);
+    }
+
+    /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
+    /// The period is held between 1 µs and 1 ms.
+    pub fn set_pwm_period_s(&mut self, period_s: f64) {
+        let period_s = if period_s > 1e-6 { period_s } else { 1e-6 };
+        let period_s = if period_s < 1e-3 { period_s } else { 1e-3 };
+        self.parameters.pwm_period_s = period_s;
+        let (motor, load) = (&self.parameters.motor, &self.parameters.load);
+        self.mechanics.set_period_s(motor, load, period_s);
+        self.winding = winding_of(&self.parameters);
+        self.set_heat();
+        self.look_for_effects();
+        self.supply.set_link(&self.parameters.link, period_s);
+        self.sensors.set_period_s(&self.parameters);
+    }
+}
