@@ -20,6 +20,15 @@ fn every_help_has_examples() {
         &["program"],
         &["program", "make"],
         &["program", "check"],
+        &["calibrate"],
+        &["calibrate", "current-sensor"],
+        &["calibrate", "electrical-zero"],
+        &["calibrate", "phase-order"],
+        &["calibrate", "encoder-lag"],
+        &["calibrate", "all"],
+        &["tune"],
+        &["tune", "velocity"],
+        &["tune", "position"],
     ] {
         let words = [command, &["--help"]].concat();
         let help = printed(&words, 0);
@@ -152,6 +161,27 @@ fn bad_input_is_named_and_ends_with_2() {
         (
             "sdo write --node 1 0x7777 4",
             "0x7777,0: the dictionary of p3 has no such object",
+        ),
+        ("calibrate all", "--node <NODE>"),
+        (
+            "calibrate all --node 1",
+            "nobody can be asked whether to save; add --yes to save or --dry-run to look only",
+        ),
+        (
+            "calibrate electrical-zero --node 1 --method spin",
+            "there is no such method; there are: turn, approach, stall",
+        ),
+        (
+            "calibrate all --node 1 --yes --dry-run",
+            "cannot be used with",
+        ),
+        (
+            "tune velocity --node 1 --yes --bandwidth 500",
+            "write a number from 2 to 150",
+        ),
+        (
+            "tune position --node 1 --yes --damping -1",
+            "write a number from 0.4 to 2",
         ),
         ("nmt jump", "[possible values: start, stop, pre-operational"),
         ("nmt start 0", "write a node ID from 1 to 127, or all"),

@@ -93,15 +93,27 @@ impl<R: Real> Mechanics<R> {
         }
     }
 
-    /// Changes the PWM period, keeping the motion.
+    /// Changes the PWM period, and the load if it is another, keeping the motion. A load that is new
+    /// behind a coupling turns with the shaft at first.
     pub fn set_period_s(&mut self, motor: &Motor, load: &Load, period_s: f64) {
         let masses = masses(motor, load);
         let (rotor, behind) = &masses;
         let limit = speed_limit(motor, period_s);
         self.rotor.set_figures(rotor, limit, period_s);
-        if let (Some(elastic), Some(coupling)) = (&mut self.elastic, &load.coupling) {
-            elastic.set_period_s(coupling, rotor, behind, limit, period_s);
+        match (&mut self.elastic, &load.coupling) {
+            (Some(elastic), Some(coupling)) => {
+                elastic.set_period_s(coupling, rotor, behind, limit, period_s);
+            }
+            (None, Some(coupling)) => {
+                let mut elastic = Elastic::new(coupling, rotor, behind, limit, period_s);
+                let shaft = &self.rotor;
+                elastic.load.set_position(shaft.angle(), shaft.turns());
+                elastic.load.set_speed(shaft.period_speed());
+                self.elastic = Some(elastic);
+            }
+            (_, None) => self.elastic = None,
         }
+        self.pendulum = load.pendulum.as_ref().and_then(Ripple::of_pendulum);
         self.stops = contact(load, &masses, period_s);
     }
 

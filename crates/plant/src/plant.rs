@@ -8,7 +8,7 @@ use control::{Mask, Real, sin_cos};
 use crate::diodes::{self, Pulled};
 use crate::load::angle_and_turns;
 use crate::switches::Board;
-use crate::thermal::Heat;
+use crate::thermal::{Heat, Periods};
 use crate::wiring::Wiring;
 use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Winding};
 
@@ -201,15 +201,15 @@ impl<R: Real> Plant<R> {
         let square = current.alpha * current.alpha + current.beta * current.beta;
         self.tripped = self.tripped | (enabled & self.overcurrent_square.lt(square));
         self.inverter.end_period();
-        if !self.heat.is_off() {
-            self.warm(square, enabled, speed);
-        }
 
         self.mechanics.turn();
         self.rotor = self.rotor + self.rotor.times(turning);
         self.rotor_age += 1;
         if self.rotor_age >= ROTOR_PERIODS {
             self.align_rotor();
+            if !self.heat.is_off() {
+                self.warm(square, enabled, speed);
+            }
         }
         self.torque = self.winding.torque_nm(self.current, self.rotor);
         self.mechanics.accelerate(self.torque);
@@ -279,8 +279,9 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// Counts what this period has turned into heat.
-    #[inline(always)]
+    /// Counts what this period has turned into heat, for all since the last one: one of eight, which
+    /// goes round all places within a control period of any odd number of periods.
+    #[inline(never)]
     fn warm(&mut self, current_square: R, enabled: R::Mask, speed: R) {
         let [a, b, c] = self.current.phases();
         let magnitudes = a.abs() + b.abs() + c.abs();
@@ -289,10 +290,7 @@ impl<R: Real> Plant<R> {
         let switching = self.supply.voltage_v() * self.heat.switching_part();
         let closed = drops * self.inverter.dead_part() + switching;
         let per_a = R::select(enabled, closed, drops * R::splat(0.5));
-        if self
-            .heat
-            .end_period(current_square, magnitudes * per_a, speed)
-        {
+        if self.heat.look(current_square, magnitudes * per_a, speed) {
             self.adopt_temperatures();
         }
     }
@@ -314,7 +312,10 @@ impl<R: Real> Plant<R> {
             parameters.thermal.as_ref(),
             &parameters.motor,
             parameters.bridge.switch_ohm,
-            parameters.pwm_period_s,
+            Periods {
+                per_look: ROTOR_PERIODS,
+                period_s: parameters.pwm_period_s,
+            },
         );
         if !self.heat.is_off() {
             self.adopt_temperatures();

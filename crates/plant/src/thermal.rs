@@ -129,7 +129,7 @@ fn held<R: Real>(celsius: R) -> R {
         .least(R::splat(10_000.0))
 }
 
-/// What heats, summed over the periods of a step.
+/// What heats, summed over the looks of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sums<R: Real> {
     /// Current squared, A².
@@ -141,11 +141,18 @@ struct Sums<R: Real> {
     speed_square: R,
 }
 
+/// When the losses are looked at: once in so many PWM periods of so many seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Periods {
+    pub(crate) per_look: u8,
+    pub(crate) period_s: f64,
+}
+
 /// What the step needs, for periods of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Coefficients<R: Real> {
-    /// Of a step, one over it.
-    periods: u32,
+    /// Looks of a step, and one over them.
+    looks: u32,
     share: R,
     /// What a step takes of the deviation from the steady state: winding and housing of each.
     winding: [R; 2],
@@ -168,15 +175,16 @@ struct Coefficients<R: Real> {
 }
 
 impl<R: Real> Coefficients<R> {
-    fn new(thermal: &Thermal, motor: &Motor, switch_ohm: f64, period_s: f64) -> Self {
+    fn new(thermal: &Thermal, motor: &Motor, switch_ohm: f64, periods: Periods) -> Self {
         let figures = &thermal.motor;
-        let periods = (STEP_S / period_s) as u32;
-        let periods = if f64::from(periods) * period_s < STEP_S {
-            periods + 1
+        let look_s = f64::from(periods.per_look) * periods.period_s;
+        let looks = (STEP_S / look_s) as u32;
+        let looks = if f64::from(looks) * look_s < STEP_S {
+            looks + 1
         } else {
-            periods
+            looks
         };
-        let step = f64::from(periods) * period_s;
+        let step = f64::from(looks) * look_s;
         // Deviations x from the steady state: x' = A x with A = [[-a, a], [b, -b - c]]. Its
         // eigenvalues -r, -s are real; e^(A h) - 1 = Σ (e^(-r h) - 1) (A + s)/(s - r) + …
         let a = 1.0 / figures.winding_time_constant_s;
@@ -196,8 +204,8 @@ impl<R: Real> Coefficients<R> {
         };
         let real = |value: f64| R::splat(value as f32);
         Self {
-            periods,
-            share: real(1.0 / f64::from(periods)),
+            looks,
+            share: real(1.0 / f64::from(looks)),
             winding: [mix(-a, 1.0), mix(a, 0.0)],
             housing: [mix(b, 0.0), mix(-b - c, 1.0)],
             amplifier: real(-decayed_fraction(step / thermal.amplifier.time_constant_s)),
@@ -212,7 +220,7 @@ impl<R: Real> Coefficients<R> {
             reference_c: real(figures.reference_c),
             resistance_per_k: real(figures.resistance_per_k),
             flux_per_k: real(figures.flux_per_k),
-            switching_part: real(thermal.amplifier.switching_s / period_s),
+            switching_part: real(thermal.amplifier.switching_s / periods.period_s),
         }
     }
 }
@@ -227,7 +235,7 @@ pub(crate) struct Heat<R: Real> {
     housing: Temperature<R>,
     amplifier: Temperature<R>,
     sums: Sums<R>,
-    periods: u32,
+    looks: u32,
 }
 
 impl<R: Real> Sums<R> {
@@ -252,23 +260,23 @@ impl<R: Real> Heat<R> {
             housing: Temperature::new(held(ambient_c)),
             amplifier: Temperature::new(held(ambient_c)),
             sums: Sums::none(),
-            periods: 0,
+            looks: 0,
         }
     }
 
-    /// Sets how it flows, for periods of `period_s`; `None`: it does not. A step that has begun ends
+    /// Sets how it flows; `None`: it does not. A step that has begun ends
     /// unfinished.
     pub(crate) fn set_figures(
         &mut self,
         thermal: Option<&Thermal>,
         motor: &Motor,
         switch_ohm: f64,
-        period_s: f64,
+        periods: Periods,
     ) {
-        let coefficients = |thermal| Coefficients::new(thermal, motor, switch_ohm, period_s);
+        let coefficients = |thermal| Coefficients::new(thermal, motor, switch_ohm, periods);
         self.coefficients = thermal.map(coefficients);
         self.sums = Sums::none();
-        self.periods = 0;
+        self.looks = 0;
     }
 
     pub(crate) fn is_off(&self) -> bool {
@@ -323,17 +331,17 @@ impl<R: Real> Heat<R> {
         self.coefficients.as_ref().map_or(R::splat(0.0), part)
     }
 
-    /// Counts what one period heats: the current's square, A², what switching and diodes lose, W,
+    /// Counts what a period heats that stands for those since the last look: the current's square, A², what switching and diodes lose, W,
     /// and the speed, rad/s. Returns whether a step has ended and temperatures have changed.
     #[inline(always)]
-    pub(crate) fn end_period(&mut self, current_square: R, bridge_w: R, speed: R) -> bool {
+    pub(crate) fn look(&mut self, current_square: R, bridge_w: R, speed: R) -> bool {
         let sums = &mut self.sums;
         sums.current_square += current_square;
         sums.bridge_w += bridge_w;
         sums.speed += speed.abs();
         sums.speed_square += speed * speed;
-        self.periods += 1;
-        let due = |c: &Coefficients<R>| self.periods >= c.periods;
+        self.looks += 1;
+        let due = |c: &Coefficients<R>| self.looks >= c.looks;
         if !self.coefficients.as_ref().is_some_and(due) {
             return false;
         }
@@ -341,7 +349,7 @@ impl<R: Real> Heat<R> {
         true
     }
 
-    /// One step of all temperatures, exactly, for the mean powers of its periods.
+    /// One step of all temperatures, exactly, for the mean powers of its looks.
     #[inline(never)]
     fn step(&mut self) {
         let Some(c) = self.coefficients else { return };
@@ -351,7 +359,7 @@ impl<R: Real> Heat<R> {
         let friction = (self.sums.speed * c.coulomb + self.sums.speed_square * c.viscous) * c.share;
         let bridge = c.idle_w + square * c.switches + self.sums.bridge_w * c.share;
         self.sums = Sums::none();
-        self.periods = 0;
+        self.looks = 0;
 
         let housing_rise = (copper + friction) * c.housing_k_per_w;
         let winding_rise = housing_rise + copper * c.winding_k_per_w;

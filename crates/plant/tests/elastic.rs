@@ -311,6 +311,48 @@ fn another_pwm_period_keeps_the_swing() {
     assert!((after / before - 1.0).abs() < 0.05, "{before} {after}");
 }
 
+#[test]
+fn a_load_may_be_changed_while_it_turns() {
+    let rigid = Load {
+        inertia_kgm2: JL,
+        ..Load::NONE
+    };
+    let mut parameters = frictionless();
+    parameters.load = rigid;
+    let mut plant = free(&parameters);
+    plant.set_motion(0, 100.0);
+    for _ in 0..1_000 {
+        plant.step();
+    }
+    // Coupled elastically, it goes on; uncoupled, the rotor does.
+    for load in [elastic(1.0, 0.0, 0.0).load, rigid, Load::NONE] {
+        plant.set_load(&load);
+        for _ in 0..1_000 {
+            plant.step();
+        }
+        let truth = plant.truth();
+        for speed in [truth.speed_rad_s, truth.load_speed_rad_s] {
+            assert!((speed - 100.0).abs() < 1e-3, "{load:?}: {speed}");
+        }
+        assert!(twist(&truth).abs() < 1e-6);
+    }
+    // And the weight of the new one pulls.
+    plant.set_load(&Load {
+        pendulum: Some(Pendulum {
+            torque_nm: 50e-3,
+            hanging_turns: 0.0,
+        }),
+        ..rigid
+    });
+    let mut slowest = 100.0;
+    for _ in 0..10_000 {
+        plant.step();
+        let speed = plant.truth().speed_rad_s;
+        slowest = if speed < slowest { speed } else { slowest };
+    }
+    assert!(slowest < 0.0, "{slowest}");
+}
+
 fn cogging(torque: f64, periods: u16, rest: f64) -> Parameters {
     let mut parameters = frictionless();
     parameters.motor.cogging = Cogging {

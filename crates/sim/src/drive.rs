@@ -31,10 +31,12 @@ pub struct DriveSettings {
     pub store: FlashFile,
 }
 
-/// How much of the motor's friction a virtual drive's shaft has. The friction of the motor's figures
-/// is a twentieth of its rated torque and no object of the drive tells of it; with this share a
-/// master that computes with the drive's own torque constant and inertia finds the acceleration that
-/// it computed, also for a tenth of rated torque. A shaft with more is made by [`Parameters::load`].
+/// How much of the motor's friction a virtual drive's shaft has, unless its file says otherwise. The
+/// friction of the motor's figures is a twentieth of its rated torque and no object of the drive
+/// tells of it; with this share a master that computes with the drive's own torque constant and
+/// inertia finds the acceleration that it computed, also for a tenth of rated torque, and a motor
+/// without power coasts long enough to be seen. `plant::VIRTUAL_P3` and what `plant::Spread` draws
+/// have all of it; see `docs/plant.md`.
 const FRICTION_SHARE: f64 = 0.02;
 
 impl DriveSettings {

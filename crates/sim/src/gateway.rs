@@ -23,8 +23,8 @@ pub(crate) struct Gateway {
     changes: bool,
     /// Whose frame is on the wire.
     sends: Option<u32>,
-    /// Frames that were lost by bus-off.
-    pub(crate) dropped: u64,
+    /// Whose frames were lost by bus-off, and have not been told of.
+    pub(crate) dropped: Vec<u32>,
     /// SYNC messages get lost on the way to the bus.
     holds_sync: bool,
     /// On the way to the bus, and from it.
@@ -42,7 +42,7 @@ impl Gateway {
             port,
             changes: false,
             sends: None,
-            dropped: 0,
+            dropped: Vec::new(),
             holds_sync: false,
             inward: Disturber::new(disturbance, seed, 0),
             outward: Disturber::new(disturbance, seed, 1),
@@ -118,7 +118,9 @@ impl Gateway {
         if let Some(client) = self.sends.take()
             && let Some(queue) = self.queues.get_mut(&client)
         {
-            self.dropped += u64::from(queue.pop_front().is_some());
+            if queue.pop_front().is_some() {
+                self.dropped.push(client);
+            }
             if queue.is_empty() {
                 self.queues.remove(&client);
             }

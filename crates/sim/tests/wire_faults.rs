@@ -148,8 +148,8 @@ fn a_short_circuit_drives_off_whoever_sends() {
                 );
                 // Its first frame, then after each recovery the next one.
                 assert_eq!(
-                    (master.bus.outside_dropped(), master.bus.outside_waiting()),
-                    (2, 0)
+                    (master.bus.take_dropped(), master.bus.outside_waiting()),
+                    (vec![0, 0], 0)
                 );
             }
             // The wire is never free, so nobody else begins, and nobody comes back.
@@ -157,8 +157,8 @@ fn a_short_circuit_drives_off_whoever_sends() {
                 assert_eq!(off, [Participant::Outside]);
                 assert_eq!(states, [ErrorState::Passive; 2]);
                 assert_eq!(
-                    (master.bus.outside_dropped(), master.bus.outside_waiting()),
-                    (1, 1)
+                    (master.bus.take_dropped(), master.bus.outside_waiting()),
+                    (vec![0], 1)
                 );
             }
         }
@@ -201,4 +201,26 @@ fn frames_wait_for_a_drive_that_boots() {
         ids.contains(&0x701) && ids.contains(&0x601) && ids.contains(&0x581),
         "{ids:X?}"
     );
+}
+
+/// A receiver that is not the only one goes in the middle of a frame: played on bit by bit, the frame
+/// ends when it would have ended, without an error.
+#[test]
+fn a_frame_that_is_looked_into_half_way_goes_on_as_it_was() {
+    let sent = frame(0x7F0, &[0x0F; 8]);
+    for bit in 0..sent.wire_bits() {
+        let mut master = Master::new(&[1, 2, 3]);
+        master.send(0x7F0, &[0x0F; 8]);
+        let from = master.now();
+        master.run_us(u64::from(bit));
+        master.bus.act(WireAct::Disconnect(drive(3))).unwrap();
+        master.run_ms(1);
+        assert_eq!(master.log.len(), 1, "bit {bit}");
+        let took = master.log[0].at.since_ns(from);
+        assert_eq!(took, u64::from(sent.frame_bits()) * 1000, "bit {bit}");
+        for node in [1, 2] {
+            assert_eq!(errors(&mut master, node), (0, 0), "bit {bit}");
+        }
+        assert_eq!(master.bus.outside_error_counters(), Default::default());
+    }
 }

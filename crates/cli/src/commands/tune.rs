@@ -41,13 +41,34 @@ Examples:
   servobus tune position --node 1 --bandwidth 10 --dry-run")]
 struct Loop<const HZ: u32> {
     /// Natural frequency of the closed loop, Hz, 2 to 150.
-    #[arg(long, value_name = "HZ", default_value_t = f64::from(HZ))]
+    #[arg(long, value_name = "HZ", default_value_t = f64::from(HZ), value_parser = parse_hz)]
     bandwidth: f64,
     /// Damping ratio of the closed loop, 0.4 to 2.
-    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "RATIO",
+        default_value_t = 1.0,
+        allow_hyphen_values = true,
+        value_parser = parse_damping
+    )]
     damping: f64,
     #[command(flatten)]
     common: Common,
+}
+
+fn parse_hz(text: &str) -> Result<f64, String> {
+    between(text, 2.0, 150.0)
+}
+
+fn parse_damping(text: &str) -> Result<f64, String> {
+    between(text, 0.4, 2.0)
+}
+
+fn between(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| (low..=high).contains(number))
+        .ok_or_else(|| format!("write a number from {low} to {high}"))
 }
 
 impl<const HZ: u32> Loop<HZ> {

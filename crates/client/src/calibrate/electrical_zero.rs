@@ -29,7 +29,8 @@ pub enum Method {
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElectricalZero {
-    /// Encoder reading with the d axis at phase A, counts, 0 to below those of an electrical turn.
+    /// Encoder reading with the d axis at phase A, counts; in the electrical turn where it is
+    /// nearest to a whole count.
     pub zero_counts: f64,
     /// 1, or −1 where the electrical angle falls as the encoder counts up; `None` if not looked at.
     pub polarity: Option<i64>,
@@ -50,10 +51,22 @@ const POLE_CHECK: f64 = 0.05;
 /// A rotor that follows lies this near to a straight line, electrical degrees rms.
 const FOLLOWS_DEG: f64 = 35.0;
 
-/// Where the rotor stood at the points of a way there and back.
+/// From here on the back-EMF is believed, and beyond there neither, electrical degrees. The fewer
+/// pole pairs, the finer the encoder is for the rotor at rest.
+const APART_DEG: f64 = 0.2;
+const APART_DEG_PER_TURN: f64 = 0.1;
+const MOST_APART_DEG: f64 = 12.0;
+
+/// Where the rotor was on a way there and back.
+#[derive(Default)]
 struct Way {
     /// Field angle, 1/65,536 electrical turn; counts on the way there; counts on the way back.
     points: Vec<(i64, f64, f64)>,
+    /// At every step, both ways: field angle and counts. Whole turns, so that cogging, which makes
+    /// the rotor jump from tooth to tooth, is seen in all of its phases.
+    steps: Vec<(i64, f64)>,
+    /// By how much the back-EMF held the rotor back, electrical degrees.
+    drag_deg: f64,
 }
 
 impl<L: Link, W: Watch> Session<'_, L, W> {
@@ -86,7 +99,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let current_a = self.calibration_current(&motor).await?;
         let mut led = self.lead(&motor, current_a).await?;
         self.step("leading the rotor one electrical turn forward and back");
-        let way = self.there_and_back(&mut led, 1).await?;
+        let way = self.there_and_back(&motor, &mut led, 1).await?;
         let (polarity, _) = way.judge(&motor)?;
         self.find(ELECTRICAL_POLARITY, polarity).await?;
         Ok(polarity)
@@ -105,7 +118,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         };
         let way = if turns > 0 {
             self.step("leading the rotor one turn forward and back");
-            self.there_and_back(&mut led, turns).await?
+            self.there_and_back(&motor, &mut led, turns).await?
         } else {
             self.step("approaching angle 0 from both sides");
             self.from_both_sides(&mut led).await?
@@ -116,7 +129,8 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         self.write(VOLTAGE_D, 0).await?;
         self.set_mode(Mode::IDLE.0).await?;
         self.power_off().await?;
-        self.find(ELECTRICAL_ZERO, found.zero_counts.round() as i64)
+        let mut zero_counts = nearly_whole(found.zero_counts, &motor);
+        self.find(ELECTRICAL_ZERO, zero_counts.round() as i64)
             .await?;
         if let Some(polarity) = found.polarity {
             self.find(ELECTRICAL_POLARITY, polarity).await?;
@@ -124,7 +138,34 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let holding_nm = motor.torque_constant_nm_per_a * led.current_a;
         let friction_nm = holding_nm * found.friction_deg.to_radians().sin();
         let inertia_ratio = self.free_shaft(&motor, friction_nm).await?;
+        if let (Method::Turn, Some(polarity)) = (method, found.polarity) {
+            let off_deg = self.zero_error_deg(&motor).await?;
+            self.measured(
+                "zero by the back-EMF, less this",
+                off_deg,
+                "electrical degrees",
+            );
+            Finding {
+                what: "the electrical zero by the back-EMF, less that at standstill",
+                seen: off_deg,
+                low: -MOST_APART_DEG,
+                high: MOST_APART_DEG,
+                unit: "electrical degrees",
+                remedy: "the rotor is loaded or cogs too much; free the shaft, or raise the \
+                         calibration current (0x3011,11)",
+            }
+            .check()?;
+            // The rotor at rest is the finer measure as long as nothing but friction holds it.
+            if off_deg.abs() > APART_DEG + APART_DEG_PER_TURN / motor.pole_pairs {
+                let turn = motor.counts_per_electrical_turn();
+                zero_counts -= polarity as f64 * off_deg / 360.0 * turn;
+                zero_counts = nearly_whole(zero_counts.rem_euclid(turn), &motor);
+                self.find(ELECTRICAL_ZERO, zero_counts.round() as i64)
+                    .await?;
+            }
+        }
         Ok(ElectricalZero {
+            zero_counts,
             inertia_ratio: Some(inertia_ratio),
             ..found
         })
@@ -161,26 +202,38 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         })
     }
 
-    /// `turns` electrical turns forward and back.
-    async fn there_and_back(&mut self, led: &mut Led, turns: u32) -> Result<Way, Cause> {
+    /// `turns` electrical turns forward and back, evenly: a halt would fall on the same phases of the
+    /// cogging again and again.
+    async fn there_and_back(
+        &mut self,
+        motor: &Motor,
+        led: &mut Led,
+        turns: u32,
+    ) -> Result<Way, Cause> {
         let distance = TURN / POINTS;
         let last = i64::from(turns) * POINTS;
         // Coming from further back, friction has its side from the first point on.
-        self.lead_to(led, -2 * distance).await?;
-        let mut points = Vec::new();
+        self.lead_to(led, -3 * distance).await?;
+        self.lead_past(led, -distance).await?;
+        let mut way = Way::default();
         let steps = 2 * last as u32 + 1;
+        let began = self.client.now();
         for place in 0..=last {
             self.part(place as u32, steps);
-            let there = self.lead_to(led, place * distance).await?;
-            points.push((place * distance, there, 0.0));
+            let there = self.lead_past(led, place * distance).await?;
+            way.point(&there, place > 0);
         }
-        self.lead_to(led, (last + 2) * distance).await?;
+        let time_s = self.client.now().since_ns(began) as f64 * 1e-9;
+        self.lead_to(led, (last + 3) * distance).await?;
+        self.lead_past(led, (last + 1) * distance).await?;
         for place in (0..=last).rev() {
             self.part((2 * last - place) as u32, steps);
-            let back = self.lead_to(led, place * distance).await?;
-            points[place as usize].2 = back;
+            let back = self.lead_past(led, place * distance).await?;
+            way.back(&back, place as usize, place < last);
         }
-        Ok(Way { points })
+        let electrical = (last + 1) as f64 / POINTS as f64;
+        way.drag_deg = Self::drag_deg(motor, led, electrical, time_s);
+        Ok(way)
     }
 
     /// Angles −22.5°, 0 and 22.5° from below and from above.
@@ -188,20 +241,62 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let distance = TURN / POINTS;
         let angles = [-distance, 0, distance];
         self.lead_to(led, -3 * distance).await?;
-        let mut points = Vec::new();
+        let mut way = Way::default();
         for angle in angles {
             let there = self.lead_to(led, angle).await?;
-            points.push((angle, there, 0.0));
+            way.point(&[(angle, there)], false);
         }
         self.lead_to(led, 3 * distance).await?;
-        for (point, angle) in points.iter_mut().zip(angles).rev() {
-            point.2 = self.lead_to(led, angle).await?;
+        for (place, angle) in angles.into_iter().enumerate().rev() {
+            let back = self.lead_to(led, angle).await?;
+            way.back(&[(angle, back)], place, false);
         }
-        Ok(Way { points })
+        // Angle 0 alone says where the zero is.
+        if let Some((angle, there, back)) = way.points.get(1).copied() {
+            way.steps = vec![(angle, there), (angle, back)];
+        }
+        Ok(way)
     }
 }
 
+/// The same electrical zero in that electrical turn where it is nearest to a whole count: the object
+/// holds no fractions, and with seven pole pairs half a count is a third of a degree.
+fn nearly_whole(zero_counts: f64, motor: &Motor) -> f64 {
+    let turn = motor.counts_per_electrical_turn();
+    let off = |counts: f64| (counts - counts.round()).abs();
+    (0..motor.pole_pairs as u32)
+        .map(|turns| zero_counts + f64::from(turns) * turn)
+        .filter(|counts| counts.round() <= f64::from(i16::MAX))
+        .fold(zero_counts, |best, other| {
+            if off(other) < off(best) - 1e-9 {
+                other
+            } else {
+                best
+            }
+        })
+}
+
 impl Way {
+    /// Adds a point of the way there, and the steps to it if they count.
+    fn point(&mut self, way: &[(i64, f64)], steps: bool) {
+        if let Some((angle, there)) = way.last() {
+            self.points.push((*angle, *there, 0.0));
+        }
+        if steps {
+            self.steps.extend(way);
+        }
+    }
+
+    /// Adds what the way back says of a point, and the steps to it if they count.
+    fn back(&mut self, way: &[(i64, f64)], place: usize, steps: bool) {
+        if let (Some((_, back)), Some(point)) = (way.last(), self.points.get_mut(place)) {
+            point.2 = *back;
+        }
+        if steps {
+            self.steps.extend(way);
+        }
+    }
+
     fn angle(&self, from: usize) -> f64 {
         self.points.get(from).map_or(0.0, |point| point.0 as f64)
     }
@@ -288,29 +383,24 @@ impl Way {
     fn evaluate(&self, motor: &Motor) -> Result<ElectricalZero, Cause> {
         let (polarity, _) = self.judge(motor)?;
         let turn = motor.counts_per_electrical_turn();
-        // The last point of whole turns is the first once more; between others, angle 0 counts.
-        let whole = self.points.len() > POINTS as usize;
-        let points: Vec<_> = match whole {
-            true => self.points[..self.points.len() - 1].to_vec(),
-            false => self.points.iter().copied().filter(|p| p.0 == 0).collect(),
-        };
-        let zeros = |back: f64| {
-            points
-                .iter()
-                .map(move |(angle, there, behind)| {
-                    let counts = there + back * (behind - there);
-                    counts - polarity as f64 * *angle as f64 / TURN as f64 * turn
-                })
-                .collect::<Vec<_>>()
-        };
-        let (zero_counts, length) = circular_mean(zeros(0.5), turn);
+        let zeros = self
+            .steps
+            .iter()
+            .map(|(angle, counts)| counts - polarity as f64 * *angle as f64 / TURN as f64 * turn);
+        let (zero_counts, _) = circular_mean(zeros, turn);
+        let points = &self.points;
+        // Without friction, which is told by itself.
+        let middles = points.iter().map(|(angle, there, back)| {
+            0.5 * (there + back) - polarity as f64 * *angle as f64 / TURN as f64 * turn
+        });
+        let (_, length) = circular_mean(middles, turn);
         let lags: f64 = points.iter().map(|(_, there, back)| back - there).sum();
         let lag = 0.5 * polarity as f64 * lags / points.len() as f64;
-        let friction_deg = lag / turn * 360.0;
+        let friction_deg = lag / turn * 360.0 - self.drag_deg;
         Finding {
             what: "the friction at the shaft",
             seen: friction_deg,
-            low: -2.0,
+            low: -10.0,
             high: FRICTION_DEG,
             unit: "electrical degrees behind the field",
             remedy: "the rotor is loaded; free the shaft, or raise the calibration current",
@@ -352,7 +442,19 @@ mod tests {
                 (angle, place(field, 1.0).floor(), place(field, -1.0).floor())
             })
             .collect();
-        Way { points }
+        let steps = |direction: f64| {
+            (0..turns * 128)
+                .map(|n| {
+                    let angle = n * TURN / 128;
+                    (angle, place(angle as f64 / TURN as f64, direction).floor())
+                })
+                .collect::<Vec<_>>()
+        };
+        Way {
+            points,
+            steps: [steps(1.0), steps(-1.0)].concat(),
+            drag_deg: 0.0,
+        }
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub struct EncoderLag {
 
 /// Speeds of the measurement, in parts of the no-load speed. The first is slow enough for any lag
 /// that may be, the second makes the most of what is left, the third confirms it.
-const SPEEDS: [f64; 3] = [0.15, 0.45, 0.45];
+const SPEEDS: [f64; 3] = [0.3, 0.45, 0.45];
 /// The speed stays below this part of the drive's limit (0x6080), before which torque fades.
 const MOST_OF_LIMIT: f64 = 0.7;
 /// The voltage must stay below this share of the longest vector, or the bridge rules the d axis.
@@ -56,7 +56,7 @@ const CYCLES: u32 = 6;
 /// Samples after a change of torque that do not count.
 const SETTLED: usize = 3;
 /// Samples below this part of the speed do not count.
-const FAST: f64 = 0.35;
+const FAST: f64 = 0.45;
 /// No encoder is later than that, µs.
 const MOST_LAG_US: f64 = 1_000.0;
 /// The last round must confirm the one before, electrical degrees.
@@ -121,8 +121,9 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         self.end(done).await
     }
 
-    async fn encoder_lag(&mut self) -> Result<EncoderLag, Cause> {
-        let motor = self.ready().await?;
+    /// Drives the shaft to and fro at a part of the no-load speed and finds how the loops' frame
+    /// stands. Gives the speed at which it turned round, too, counts/s.
+    async fn frame_error(&mut self, motor: &Motor, part: f64) -> Result<(Measured, f64), Cause> {
         let user = self.read(USER_POLARITY).await? as f64;
         // As it is counted, the electrical angle may fall while the user's position rises.
         let sense = self.read(ELECTRICAL_POLARITY).await? as f64 * user;
@@ -135,33 +136,56 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             period_s: 5.0 * pwm_s,
             delay_s: pwm_s,
         };
+        let mut turn_round = part * motor.no_load_speed();
+        if limit > 0.0 {
+            turn_round = turn_round.min(MOST_OF_LIMIT * limit);
+        }
+        let wanted = 2.0 * turn_round / LEG_S / motor.acceleration_per_permille();
+        let run = Run {
+            torque_pm: wanted.clamp(LEAST_PM, MOST_PM) as i64,
+            turn_round,
+            cycles: CYCLES,
+            position: 2,
+            wraps: Some(motor.counts),
+            sense: user,
+        };
+        let seen = [VOLTAGE_D, VOLTAGE_Q, RAW_ENCODER];
+        let driven = self.to_and_fro(motor, &seen, &run).await?;
+        let measured = evaluate(&driven, &run, motor, &winding, sense)?;
+        Ok((measured, turn_round))
+    }
+
+    /// By how much the electrical zero that is written is off, electrical degrees in the sense of
+    /// the electrical angle, as the back-EMF tells: friction, cogging and dead time have no part in
+    /// it. The shaft must be free.
+    pub(super) async fn zero_error_deg(&mut self, motor: &Motor) -> Result<f64, Cause> {
+        self.step("driving the shaft to and fro to see where the back-EMF is");
+        let mut lag_us = self.read(ENCODER_LAG).await? as f64;
+        let mut zero_rad = 0.0;
+        for part in SPEEDS {
+            // With a lag that is far off, current and torque are not where they are believed.
+            let (measured, _) = self.frame_error(motor, part).await?;
+            zero_rad = measured.zero_rad;
+            lag_us = (lag_us + measured.late_s * 1e6).clamp(0.0, MOST_LAG_US);
+            self.borrow(ENCODER_LAG, lag_us.round() as i64).await?;
+        }
+        Ok(f64::to_degrees(zero_rad))
+    }
+
+    async fn encoder_lag(&mut self) -> Result<EncoderLag, Cause> {
+        let motor = self.ready().await?;
         let mut lag_us = 0.0;
         self.find(ENCODER_LAG, 0).await?;
         let mut last = None;
         for part in SPEEDS {
             self.step("driving the shaft to and fro to see how late the encoder is");
-            let mut turn_round = part * motor.no_load_speed();
-            if limit > 0.0 {
-                turn_round = turn_round.min(MOST_OF_LIMIT * limit);
-            }
-            let wanted = 2.0 * turn_round / LEG_S / motor.acceleration_per_permille();
-            let run = Run {
-                torque_pm: wanted.clamp(LEAST_PM, MOST_PM) as i64,
-                turn_round,
-                cycles: CYCLES,
-                position: 2,
-                wraps: Some(motor.counts),
-                sense: user,
-            };
-            let seen = [VOLTAGE_D, VOLTAGE_Q, RAW_ENCODER];
-            let driven = self.to_and_fro(&motor, &seen, &run).await?;
-            let measured = evaluate(&driven, &run, &motor, &winding, sense)?;
+            let (measured, turn_round) = self.frame_error(&motor, part).await?;
             lag_us = (lag_us + measured.late_s * 1e6)
                 .clamp(0.0, MOST_LAG_US)
                 .round();
             self.find(ENCODER_LAG, lag_us as i64).await?;
             self.measured("lag", lag_us, "us");
-            last = Some((measured, run.turn_round));
+            last = Some((measured, turn_round));
         }
         let Some((measured, speed)) = last else {
             return Err(Cause::Stopped);

@@ -105,18 +105,43 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         })
     }
 
-    /// Leads the rotor to the electrical angle `to`, lets it come to rest, and reads where it is:
-    /// counts, over all turns.
+    /// Leads the rotor to the electrical angle `to` and lets it come to rest there.
     pub(super) async fn lead_to(&mut self, led: &mut Led, to: i64) -> Result<f64, Cause> {
+        self.lead_past(led, to).await?;
+        self.wait((led.swing_ms / 2).max(8)).await?;
+        self.place(led).await
+    }
+
+    /// Leads the rotor to the electrical angle `to`, on its way further. Gives where it was at each
+    /// step: field angle and counts, over all turns.
+    pub(super) async fn lead_past(
+        &mut self,
+        led: &mut Led,
+        to: i64,
+    ) -> Result<Vec<(i64, f64)>, Cause> {
         let step = TURN / POINTS / STEPS;
+        let mut way = Vec::with_capacity(STEPS as usize);
         // A way that takes one period of the swing leaves none behind.
         while led.angle != to {
             led.angle += (to - led.angle).clamp(-step, step);
             self.write(ELECTRICAL_ANGLE, i64::from(led.angle as i16))
                 .await?;
             self.wait((led.swing_ms / STEPS as u64).max(1)).await?;
+            way.push((led.angle, self.place(led).await?));
         }
-        self.wait((led.swing_ms / 2).max(8)).await?;
+        Ok(way)
+    }
+
+    /// By how much the back-EMF of a rotor that makes `turns` electrical turns in `time_s` holds it
+    /// back, electrical degrees: the field must make up for it.
+    pub(super) fn drag_deg(motor: &Motor, led: &Led, turns: f64, time_s: f64) -> f64 {
+        let emf_v = turns / time_s * std::f64::consts::TAU * motor.flux_vs();
+        let voltage_v = motor.phase_resistance_ohm * led.current_a;
+        (emf_v / voltage_v).clamp(0.0, 1.0).asin().to_degrees()
+    }
+
+    /// Where the rotor is, counts over all turns.
+    async fn place(&mut self, led: &mut Led) -> Result<f64, Cause> {
         let reading = self.read(RAW_ENCODER).await?;
         let half = led.counts / 2;
         let moved = (reading - led.reading + half).rem_euclid(led.counts) - half;

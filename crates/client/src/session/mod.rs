@@ -191,6 +191,16 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
         self.write(object, value).await
     }
 
+    /// Gives one borrowed object its old value again.
+    pub(crate) async fn give_back_one(&mut self, object: Object) -> Result<(), Cause> {
+        let place = self.borrowed.iter().position(|(known, _)| *known == object);
+        if let Some((_, old)) = place.map(|place| self.borrowed[place]) {
+            self.write(object, old).await?;
+            self.borrowed.retain(|(known, _)| *known != object);
+        }
+        Ok(())
+    }
+
     /// Writes a result. It keeps its value in the drive's memory until it is saved or discarded.
     pub(crate) async fn find(&mut self, object: Object, new: i64) -> Result<(), Cause> {
         match self.found.iter_mut().find(|c| c.object == object) {

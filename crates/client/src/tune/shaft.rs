@@ -48,7 +48,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         if old_limit == 0 || old_limit > limit {
             self.borrow(MAX_MOTOR_VELOCITY, limit).await?;
         }
-        let run = Run {
+        let mut run = Run {
             torque_pm: torque as i64,
             turn_round,
             cycles: 1,
@@ -56,9 +56,17 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             wraps: None,
             sense: 1.0,
         };
-        let driven = self
-            .to_and_fro(motor, &[POSITION, ACTUAL_TORQUE], &run)
-            .await?;
+        let seen = [POSITION, ACTUAL_TORQUE];
+        let driven = loop {
+            match self.to_and_fro(motor, &seen, &run).await {
+                // Cogging and dry friction may hold the rotor.
+                Err(Cause::Implausible(_)) if run.torque_pm < MOST_PM as i64 => {
+                    run.torque_pm = (2 * run.torque_pm).min(MOST_PM as i64);
+                }
+                driven => break driven?,
+            }
+        };
+        self.give_back_one(MAX_MOTOR_VELOCITY).await?;
         let samples: Vec<Sample> = driven.into_iter().map(|driven| driven.sample).collect();
         mechanics(&samples, motor)
     }

@@ -11,6 +11,7 @@ use canopen::{
 use cia402::{Controlword, Mode, State};
 use client::transcript::{Physics, Reading};
 use client::{Link, LinkError};
+use personalities::class;
 use personalities::p3::{self, P3};
 
 pub(crate) const NODE: NodeId = NodeId::new(1).unwrap();
@@ -129,6 +130,8 @@ struct App {
     /// Homing is done, and in the mode in force.
     is_homed: bool,
     attained: bool,
+    /// A set-point has come in a cyclic mode.
+    follows: bool,
     save: Option<store::Request>,
     id: Option<NodeId>,
 }
@@ -142,6 +145,7 @@ impl App {
             display: 0,
             is_homed: false,
             attained: false,
+            follows: false,
             save: None,
             id: None,
         }
@@ -165,6 +169,7 @@ impl Owner for App {
                 (self.state, self.controlword) = (step.state, word);
                 if entered {
                     (self.mode, self.display) = (0, 0);
+                    self.follows = false;
                 }
                 // Homing where it stands.
                 if self.display == 6 && self.controlword.start_homing() {
@@ -185,6 +190,7 @@ impl Owner for App {
                 }
                 (self.mode, self.display) = (mode.0, mode.0);
                 self.attained = false;
+                self.follows = false;
                 Verdict::Accept
             }
             (0x21B0, 0) => {
@@ -218,6 +224,7 @@ impl Owner for App {
         let homing = match (self.display, self.attained) {
             (6, true) => 0x1400,
             (6, false) => 0x0400,
+            _ if self.follows => 0x1000,
             _ => 0,
         };
         let status = u32::from(self.state.pattern()) | 0x10 | homing;
@@ -228,6 +235,7 @@ impl Owner for App {
         }
         image.set_raw(p3::OBJECTS.need(0x6041, 0), status);
         image.set_raw(p3::OBJECTS.need(0x6061, 0), self.display as u8 as u32);
+        image.set_raw(p3::OBJECTS.need(0x3000, 2), 25);
         image.set_raw(p3::OBJECTS.need(0x3008, 1), 0x7296);
         image.set_raw(p3::OBJECTS.need(0x3012, 1), 0x0DF8);
     }
@@ -279,6 +287,15 @@ impl Drive {
             return;
         }
         let events = self.node.receive(frame, now, &mut self.app);
+        let is_cyclic = matches!(self.app.display, 8..=11);
+        if is_cyclic && self.app.state == State::OperationEnabled {
+            let targets = [
+                class::TARGET_POSITION,
+                class::TARGET_VELOCITY,
+                class::TARGET_TORQUE,
+            ];
+            self.app.follows |= targets.iter().any(|target| events.changed.has(*target));
+        }
         if let Some(request) = self.app.save.take() {
             let mut out = vec![0; 4096];
             let image = self.node.image();

@@ -164,9 +164,10 @@ impl Bus {
         self.gateway.port.protocol.counters
     }
 
-    /// Frames of outside programs that were lost because their controller went bus-off.
-    pub fn outside_dropped(&self) -> u64 {
-        self.gateway.dropped
+    /// Whose frames were lost because the controller of outside programs went bus-off, since the
+    /// last call: a program's number for each frame.
+    pub fn take_dropped(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.gateway.dropped)
     }
 
     /// What [`BusSettings::disturbance`] has done to frames on the way to the bus, and from it.

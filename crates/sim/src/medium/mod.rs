@@ -7,6 +7,8 @@
 
 mod counters;
 mod decoder;
+#[cfg(test)]
+mod off;
 mod protocol;
 mod quiet;
 #[cfg(test)]

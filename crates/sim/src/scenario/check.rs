@@ -195,8 +195,13 @@ pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &m
 /// The parameters that may be why a world cannot be.
 fn suspects(invalid: Invalid) -> &'static [&'static str] {
     match invalid {
-        Invalid::Inertia(_) => &["load.inertia", "motor.rotor_inertia"],
+        Invalid::Inertia(_) => &[
+            "load.inertia",
+            "motor.rotor_inertia",
+            "load.coupling_stiffness",
+        ],
         Invalid::Friction(_) => &["motor.static_friction", "motor.coulomb_friction"],
+        Invalid::Coupling(_) => &["load.coupling_damping", "load.backlash"],
         Invalid::Stops(..) => &["load.lowest_stop", "load.highest_stop", "load.start"],
         Invalid::Switch(_) => &["switches.home_from", "switches.home_to"],
         Invalid::EncoderError(_) => &["encoder.eccentricity", "encoder.noise"],
@@ -213,7 +218,11 @@ fn suspects(invalid: Invalid) -> &'static [&'static str] {
 
 fn words(invalid: Invalid) -> String {
     match invalid {
-        Invalid::Inertia(_) => "rotor and load together need an inertia".to_owned(),
+        Invalid::Inertia(_) => {
+            "rotor and load together need an inertia, and a load behind a coupling one of its own"
+                .to_owned()
+        }
+        Invalid::Coupling(_) => "a coupling needs a stiffness".to_owned(),
         Invalid::Stops(..) => {
             "the lowest stop must be below the highest, and the start between them".to_owned()
         }

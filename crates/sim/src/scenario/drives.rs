@@ -184,7 +184,13 @@ impl DriveSection {
                 findings.push(&read.span, what, "leave it out: a master writes it");
                 continue;
             }
-            let size = usize::from(entry.field.size()).min(8);
+            // A text has no number.
+            let size = usize::from(entry.field.size());
+            if !(1..=8).contains(&size) {
+                let what = format!("{shown} is not a number");
+                findings.push(&read.span, what, "leave it out: a master writes it");
+                continue;
+            }
             let bits = 8 * size as u32;
             let sign = (read.value as i64) >> (bits - 1);
             let fits = bits == 64 || read.value >> bits == 0 || sign == -1;

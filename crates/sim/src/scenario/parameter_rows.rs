@@ -1,6 +1,6 @@
 //! Every parameter of a drive's world: one row each, from which files are read and documents made.
 
-use plant::{Parameters, Stops, Switch, Thermal, VIRTUAL_P3};
+use plant::{Coupling, Parameters, Pendulum, Stops, Switch, Thermal, VIRTUAL_P3};
 
 use super::parameters::Parameter;
 use super::quantity::Quantity;
@@ -23,7 +23,7 @@ macro_rules! cells {
         }
     )*};
 }
-cells!(f64, f32, u8, u32);
+cells!(f64, f32, u8, u16, u32);
 
 impl Cell for bool {
     fn get(self) -> f64 {
@@ -124,6 +124,22 @@ fn stops(world: &Parameters) -> Stops {
     world.load.stops.unwrap_or(none)
 }
 
+/// Rigid, unless there is one.
+fn coupling(world: &Parameters) -> Coupling {
+    world.load.coupling.unwrap_or(Coupling {
+        stiffness_nm_per_rad: f64::INFINITY,
+        damping_nms: 0.0,
+        backlash_rad: 0.0,
+    })
+}
+
+fn pendulum(world: &Parameters) -> Pendulum {
+    world.load.pendulum.unwrap_or(Pendulum {
+        torque_nm: 0.0,
+        hanging_turns: 0.0,
+    })
+}
+
 /// Something that all switches have.
 fn of_switches(world: &Parameters, get: fn(&Switch) -> f64) -> f64 {
     let switches = &world.switches;
@@ -164,6 +180,12 @@ pub const PARAMETERS: &[Parameter] = &[
         "Torque needed to break away from standstill; not below the Coulomb friction."),
     row!("motor.viscous_friction", ViscousFriction, 0.0, 1e3, motor.viscous_friction_nms,
         "Friction per speed."),
+    row!("motor.cogging", Torque, 0.0, 1e4, motor.cogging.torque_nm,
+        "Greatest torque of the cogging."),
+    row!("motor.cogging_periods", Whole, 1.0, 65_535.0, motor.cogging.periods_per_turn,
+        "How often in a turn the cogging repeats itself."),
+    row!("motor.cogging_rest", Position, -1e6, 1e6, motor.cogging.rest_turns,
+        "A position to which the cogging pulls."),
     row!("motor.wires_swapped", Flag, 0.0, 1.0, motor.wires_swapped, "Wires B and C are exchanged."),
 
     row!("load.inertia", Inertia, 0.0, 1e3, load.inertia_kgm2, "Inertia of what the motor drives."),
@@ -171,6 +193,27 @@ pub const PARAMETERS: &[Parameter] = &[
         "The load's friction that does not depend on speed."),
     row!("load.viscous_friction", ViscousFriction, 0.0, 1e3, load.viscous_friction_nms,
         "The load's friction per speed."),
+    row!("load.coupling_stiffness", Stiffness, 1e-6, 1e6,
+        (|world| coupling(world).stiffness_nm_per_rad, |world, value| {
+            let coupling = Coupling { stiffness_nm_per_rad: value, ..coupling(world) };
+            world.load.coupling = value.is_finite().then_some(coupling);
+        }), "Torque per twist of the shaft between motor and load; without it, the load is part of the rotor."),
+    row!("load.coupling_damping", ViscousFriction, 0.0, 1e3,
+        (|world| coupling(world).damping_nms, |world, value| {
+            world.load.coupling = Some(Coupling { damping_nms: value, ..coupling(world) });
+        }), "Torque per difference of speed between motor and load, beside the stiffness."),
+    row!("load.backlash", Angle, 0.0, 1e3,
+        (|world| coupling(world).backlash_rad, |world, value| {
+            world.load.coupling = Some(Coupling { backlash_rad: value, ..coupling(world) });
+        }), "Play of the coupling, from one flank to the other."),
+    row!("load.pendulum", Torque, -1e4, 1e4,
+        (|world| pendulum(world).torque_nm, |world, value| {
+            world.load.pendulum = Some(Pendulum { torque_nm: value, ..pendulum(world) });
+        }), "Torque of the load's weight when it is horizontal."),
+    row!("load.hanging", Position, -1e6, 1e6,
+        (|world| pendulum(world).hanging_turns, |world, value| {
+            world.load.pendulum = Some(Pendulum { hanging_turns: value, ..pendulum(world) });
+        }), "Position at which the weight hangs straight down."),
     row!("load.start", Position, -1e6, 1e6, start_turns,
         "Position of the shaft at the start; at 0 the rotor is aligned with phase A."),
     row!("load.lowest_stop", Position, -1e6, 1e6,

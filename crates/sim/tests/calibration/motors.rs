@@ -104,6 +104,11 @@ pub(crate) fn individual(seed: u64) -> Individual {
     if !is_even(seed) {
         truth.encoder.eccentricity_counts = dice.between(2.0, 12.0) as f32;
         truth.encoder.eccentricity_phase_rad = dice.between(0.0, std::f64::consts::TAU) as f32;
+        // The least common multiple of poles and slots.
+        let poles = 2 * u32::from(truth.motor.pole_pairs);
+        truth.motor.cogging.periods_per_turn = dice.one_of(&[3 * poles, 6 * poles]) as u16;
+        truth.motor.cogging.torque_nm = rated * dice.between(0.0, 0.06);
+        truth.motor.cogging.rest_turns = dice.roll();
     }
     Individual { sheet, truth }
 }

@@ -218,6 +218,13 @@ impl Stage {
                 doors.deliver(&traffic.frame, traffic.at.0, sender);
             }
         }
+        let dropped = self.bus.take_dropped();
+        if let Some(doors) = &mut self.doors {
+            // They wait no longer, so others may come.
+            for number in dropped {
+                self.guests.sent(number, doors);
+            }
+        }
         if let Some(doors) = &mut self.doors
             && self.bus.outside_waiting() == 0
         {
