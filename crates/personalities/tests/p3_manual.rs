@@ -220,3 +220,102 @@ fn fault_rows_are_those_of_the_manual() {
         .collect();
     assert_eq!(built, manual);
 }
+
+/// Units that the manual states (l.862-1020), as its tables have them.
+const UNITS: &str = "
+    1006 0 us       1015 0 100us    1017 0 ms
+    1800 3 100us    1801 3 100us    1802 3 100us    1803 3 100us
+    1800 5 ms       1801 5 ms       1802 5 ms       1803 5 ms
+    6064 0 cts      606C 0 cts/s    6078 0 mA
+    6076 0 mNm      6080 0 cts/s    60C5 0 cts/s2   60C6 0 cts/s2   60EA 0 1/65536turn
+    3011 1 cts      3011 4 mNm/A    3011 5 0.01ohm  3011 6 0.01mH   3011 7 gcm2/32768
+    3011 8 mA       3011 9 mA       3011 10 ms      3012 1 cts      3013 1 cts/rev
+    3001 1 Hz       3001 2 ns       3001 3 ns       3001 4 ns       3001 5 ns
+    3001 6 ns       3001 7 ns       3001 8 mA       3001 9 mV
+    3019 1 0.1Hz    3019 2 1/256    3019 3 0.1Hz    3019 4 1/256    3019 5 0.1Hz
+    3019 6 1/256    3019 10 0.1Hz   3019 11 1/256
+    6071 0 permille 3023 1 permille 6077 0 permille 60B2 0 permille 6072 0 permille
+    60FF 0 cts/s    6043 0 cts/s    3023 2 cts/s    60B1 0 cts/s    607F 0 cts/s
+    6083 0 cts/s2   6084 0 cts/s2   607A 0 cts      60FC 0 cts      60F4 0 cts
+    60B0 0 cts      607D 1 cts      607D 2 cts      6081 0 cts/s
+    6065 0 cts      6066 0 ms       2120 0 cts      2121 0 ms
+    2110 0 0.01A    2111 0 0.01A    2112 0 ms       2384 6 0.1V     2384 7 0.1V
+    2384 9 degC     220A 0 degC     2406 0 ms       606D 0 cts/s    606E 0 ms
+    2104 0 cts/s    2105 0 ms       6046 1 cts/s    6046 2 cts/s
+";
+
+#[test]
+fn units_are_the_manuals() {
+    let table = OBJECTS.table();
+    let words: Vec<&str> = UNITS.split_whitespace().collect();
+    for object in words.chunks(3) {
+        let [index, sub, unit] = object else {
+            panic!("{object:?}")
+        };
+        let index = u16::from_str_radix(index, 16).unwrap();
+        let entry = table.find(index, sub.parse().unwrap()).unwrap();
+        let row = table.row(&entry).unwrap();
+        assert_eq!(row.unit, *unit, "{index:04X},{sub}");
+    }
+    // Where the manual has none, or leaves it open, ours are here: nothing else has a unit.
+    let ours: Vec<_> = table
+        .rows()
+        .iter()
+        .filter(|row| !row.unit.is_empty())
+        .map(|row| (row.address.index, row.address.sub))
+        .filter(|(index, sub)| {
+            !words
+                .chunks(3)
+                .any(|o| u16::from_str_radix(o[0], 16) == Ok(*index) && o[1].parse() == Ok(*sub))
+        })
+        .collect();
+    assert_eq!(
+        ours,
+        [
+            (0x3000, 1), // "units TBD", P37
+            (0x3000, 2),
+            (0x3008, 1), // Q12.4, l.255
+            (0x3008, 2),
+            (0x3009, 1),
+            (0x3009, 2),
+            (0x3010, 3),
+            (0x3010, 4), // l.262
+            (0x3010, 5),
+            (0x3010, 6),
+            (0x3011, 11),
+            (0x3013, 5), // "calibrated gain"
+            (0x3019, 7), // acc32_t of what, the manual does not say
+            (0x3019, 8),
+            (0x3019, 9),
+            (0x3019, 12),
+            (0x3019, 13),
+            (0x3019, 14),
+            (0x3022, 1), // 0 to 4095
+            (0x3022, 2),
+            (0x607C, 0),
+        ]
+    );
+}
+
+/// Defaults that the manual states.
+#[test]
+fn defaults_are_the_manuals() {
+    let table = OBJECTS.table();
+    let mut bytes = vec![0; table.image_bytes()];
+    let mut image = canopen::Image::new(&mut bytes);
+    table.defaults(&mut image, canopen::NodeId::new(1).unwrap());
+    let number = |index, sub| image.number(OBJECTS.need(index, sub));
+    for sub in [2, 4, 6, 11] {
+        assert_eq!(number(0x3019, sub), 256, "zeta * 256, default = 1.0 * 256");
+    }
+    for offset in [0x60B0, 0x60B1, 0x60B2] {
+        assert_eq!(number(offset, 0), 0);
+    }
+    assert_eq!(number(0x1014, 0), 0x81);
+    // The example's motor and calibrations (l.249-300).
+    assert_eq!(number(0x3011, 1), 0x0DF8);
+    assert_eq!(number(0x3009, 1), 0x0729);
+    assert_eq!(number(0x3011, 5), 1310);
+    assert_eq!(number(0x3011, 8), 716);
+    assert_eq!(number(0x3013, 1), 4096, "4096 cts/rev (l.52)");
+}
