@@ -426,8 +426,8 @@ fn a_damaged_store_is_kept_beside_and_reported() {
         .unwrap()
         .path();
     let mut bytes = fs::read(&file).unwrap();
-    // The set is the last that was written.
-    let last = bytes.len() - 1;
+    // The set is the last that was written; behind it the page is filled up with 0xFF.
+    let last = bytes.iter().rposition(|byte| *byte != 0xFF).unwrap();
     bytes[last] ^= 0x10;
     fs::write(&file, &bytes).unwrap();
 

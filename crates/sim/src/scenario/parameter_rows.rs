@@ -200,11 +200,15 @@ pub const PARAMETERS: &[Parameter] = &[
         }), "Torque per twist of the shaft between motor and load; without it, the load is part of the rotor."),
     row!("load.coupling_damping", ViscousFriction, 0.0, 1e3,
         (|world| coupling(world).damping_nms, |world, value| {
-            world.load.coupling = Some(Coupling { damping_nms: value, ..coupling(world) });
+            if value != 0.0 || world.load.coupling.is_some() {
+                world.load.coupling = Some(Coupling { damping_nms: value, ..coupling(world) });
+            }
         }), "Torque per difference of speed between motor and load, beside the stiffness."),
     row!("load.backlash", Angle, 0.0, 1e3,
         (|world| coupling(world).backlash_rad, |world, value| {
-            world.load.coupling = Some(Coupling { backlash_rad: value, ..coupling(world) });
+            if value != 0.0 || world.load.coupling.is_some() {
+                world.load.coupling = Some(Coupling { backlash_rad: value, ..coupling(world) });
+            }
         }), "Play of the coupling, from one flank to the other."),
     row!("load.pendulum", Torque, -1e4, 1e4,
         (|world| pendulum(world).torque_nm, |world, value| {
