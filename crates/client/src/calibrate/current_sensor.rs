@@ -74,10 +74,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
 
     async fn mean_readings(&mut self) -> Result<([f64; 2], f64), Cause> {
         let mut readings = [[0.0; READINGS]; 2];
-        for place in 0..READINGS {
+        let [of_a, of_b] = &mut readings;
+        for (a, b) in of_a.iter_mut().zip(of_b) {
             self.wait(EVERY_MS).await?;
-            readings[0][place] = self.read(CURRENT_SENSE_A).await? as f64 / FRACTION;
-            readings[1][place] = self.read(CURRENT_SENSE_B).await? as f64 / FRACTION;
+            *a = self.read(CURRENT_SENSE_A).await? as f64 / FRACTION;
+            *b = self.read(CURRENT_SENSE_B).await? as f64 / FRACTION;
         }
         let means = readings.map(|all| all.iter().sum::<f64>() / READINGS as f64);
         let mut spread = 0.0f64;

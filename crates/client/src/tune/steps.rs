@@ -78,7 +78,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             let half = steps.size / 2;
             let stepped = match n.checked_sub(RUN_UP_MS) {
                 _ if n > run => 0,
-                Some(after) if after / steps.hold_ms % 2 == 0 => half,
+                Some(after) if (after / steps.hold_ms).is_multiple_of(2) => half,
                 Some(_) => -half,
                 None => 0,
             };
