@@ -150,7 +150,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             sense: user,
         };
         let seen = [VOLTAGE_D, VOLTAGE_Q, RAW_ENCODER];
-        let driven = self.to_and_fro(motor, &seen, &run).await?;
+        let driven = self.drive_to_and_fro(motor, &seen, &run).await?;
         let measured = evaluate(&driven, &run, motor, &winding, sense)?;
         Ok((measured, turn_round))
     }

@@ -50,7 +50,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     ///
     /// # Errors
     /// The shaft does not come to its speed, or runs against the torque.
-    pub(crate) async fn to_and_fro(
+    pub(crate) async fn drive_to_and_fro(
         &mut self,
         motor: &Motor,
         seen: &[Object],

@@ -58,7 +58,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         };
         let seen = [POSITION, ACTUAL_TORQUE];
         let driven = loop {
-            match self.to_and_fro(motor, &seen, &run).await {
+            match self.drive_to_and_fro(motor, &seen, &run).await {
                 // Cogging and dry friction may hold the rotor.
                 Err(Cause::Implausible(_)) if run.torque_pm < MOST_PM as i64 => {
                     run.torque_pm = (2 * run.torque_pm).min(MOST_PM as i64);
