@@ -57,7 +57,7 @@ pub(crate) const COUNTS: f64 = 4096.0;
 pub(crate) fn individual(seed: u64) -> Individual {
     let mut dice = Dice::new(seed);
     let mut nominal = VIRTUAL_P3;
-    if seed % 10 != 0 {
+    if !seed.is_multiple_of(10) {
         let pole_pairs = dice.one_of(&[1u8, 1, 2, 2, 3, 4, 5, 7]);
         let torque_constant = dice.between(0.018, 0.045);
         let resistance = dice.between(1.5, 9.0);
@@ -115,7 +115,7 @@ pub(crate) fn individual(seed: u64) -> Individual {
 
 /// Whether a motor turns evenly and its encoder is centred: every second pair of them.
 pub(crate) fn is_even(seed: u64) -> bool {
-    seed / 2 % 2 == 0
+    (seed / 2).is_multiple_of(2)
 }
 
 /// Writes what the data sheet says into a drive that was used with another motor before.
