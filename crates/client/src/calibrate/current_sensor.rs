@@ -73,14 +73,15 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     }
 
     async fn mean_readings(&mut self) -> Result<([f64; 2], f64), Cause> {
-        let mut readings = [[0.0; READINGS]; 2];
-        let [of_a, of_b] = &mut readings;
-        for (a, b) in of_a.iter_mut().zip(of_b) {
+        let mut readings = [Vec::new(), Vec::new()];
+        for _ in 0..READINGS {
             self.wait(EVERY_MS).await?;
-            *a = self.read(CURRENT_SENSE_A).await? as f64 / FRACTION;
-            *b = self.read(CURRENT_SENSE_B).await? as f64 / FRACTION;
+            for (all, object) in readings.iter_mut().zip([CURRENT_SENSE_A, CURRENT_SENSE_B]) {
+                all.push(self.read(object).await? as f64 / FRACTION);
+            }
         }
-        let means = readings.map(|all| all.iter().sum::<f64>() / READINGS as f64);
+        let mean = |all: &Vec<f64>| all.iter().sum::<f64>() / READINGS as f64;
+        let means = [mean(&readings[0]), mean(&readings[1])];
         let mut spread = 0.0f64;
         for (all, mean) in readings.iter().zip(means) {
             for reading in all {

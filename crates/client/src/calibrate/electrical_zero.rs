@@ -121,7 +121,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             self.there_and_back(&motor, &mut led, turns).await?
         } else {
             self.step("approaching angle 0 from both sides");
-            self.approach_from_both_sides(&mut led).await?
+            self.both_sides(&mut led).await?
         };
         let found = way.evaluate(&motor)?;
         self.measured("friction", found.friction_deg, "electrical degrees");
@@ -237,7 +237,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     }
 
     /// Angles −22.5°, 0 and 22.5° from below and from above.
-    async fn approach_from_both_sides(&mut self, led: &mut Led) -> Result<Way, Cause> {
+    async fn both_sides(&mut self, led: &mut Led) -> Result<Way, Cause> {
         let distance = TURN / POINTS;
         let angles = [-distance, 0, distance];
         self.lead_to(led, -3 * distance).await?;

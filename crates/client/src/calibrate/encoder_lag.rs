@@ -161,15 +161,19 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     pub(super) async fn zero_error_deg(&mut self, motor: &Motor) -> Result<f64, Cause> {
         self.step("driving the shaft to and fro to see where the back-EMF is");
         let mut lag_us = self.read(ENCODER_LAG).await? as f64;
-        let mut zero_rad = 0.0;
-        for part in SPEEDS {
+        let mut zeros_rad = Vec::new();
+        for part in SPEEDS.into_iter().chain(SPEEDS.last().copied()) {
             // With a lag that is far off, current and torque are not where they are believed.
             let (measured, _) = self.frame_error(motor, part).await?;
-            zero_rad = measured.zero_rad;
+            zeros_rad.push(measured.zero_rad);
             lag_us = (lag_us + measured.late_s * 1e6).clamp(0.0, MOST_LAG_US);
             self.borrow(ENCODER_LAG, lag_us.round() as i64).await?;
         }
-        Ok(f64::to_degrees(zero_rad))
+        // Only what the last two rounds agree in is more than their noise.
+        let last = zeros_rad.split_off(zeros_rad.len().saturating_sub(2));
+        let least = last.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = last.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Ok(0.0f64.clamp(least, greatest).to_degrees())
     }
 
     async fn encoder_lag(&mut self) -> Result<EncoderLag, Cause> {

@@ -98,7 +98,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             };
             let (number, place) = (after / steps.hold_ms, after % steps.hold_ms);
             if (FIRST..FIRST + steps.count).contains(&number) {
-                let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
                 let beside = sample.values[0] - origin as f64 - way(n);
                 let sum = &mut sums[place];
                 *sum = (sum.0 + sign * beside, sum.1 + 1.0);

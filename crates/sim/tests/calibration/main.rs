@@ -142,8 +142,8 @@ fn two_hundred_motors_are_calibrated_blind() {
             Err(text) => failures.push(text),
         }
     }
-    type Figure = fn(&Errors) -> f64;
-    let figures: [(&str, Figure); 5] = [
+    type Figure = (&'static str, fn(&Errors) -> f64);
+    let figures: [Figure; 5] = [
         ("current bias, counts", |e| e.bias_counts),
         ("electrical zero, counts", |e| e.zero_counts),
         ("electrical zero, electrical degrees", |e| e.zero_deg),
