@@ -31,6 +31,8 @@ struct Before {
 /// What one SYNC gave.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sample {
+    /// The number of the SYNC, from 0.
+    pub(crate) number: usize,
     /// Since the first SYNC of the recording, s.
     pub(crate) time_s: f64,
     /// In the order of the recorded objects.
@@ -38,6 +40,9 @@ pub(crate) struct Sample {
 }
 
 const NUMBER: u16 = 4;
+
+/// An answer that takes longer is lost.
+const LATEST_MS: u64 = 20;
 
 impl<L: Link, W: Watch> Session<'_, L, W> {
     /// Lets TPDO 4 carry the statusword and `seen` (6 bytes at most) at every SYNC, and RPDO 4
@@ -159,7 +164,8 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         Ok(())
     }
 
-    /// One SYNC, and the frame of set-points behind it; the values that came within `ms`.
+    /// One SYNC, and the frame of set-points behind it; the values that it gave. Takes `ms`, or longer
+    /// where the answer is late: behind a network it may be.
     async fn exchange(
         &mut self,
         set_points: Option<&[i64]>,
@@ -169,7 +175,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             return Ok(None);
         };
         let now = self.client.now();
-        let until = now.plus_ms(ms);
+        let (until, latest) = (now.plus_ms(ms), now.plus_ms(ms.max(LATEST_MS)));
         let frame = match (&recorder.receive, set_points) {
             (Some(receive), Some(values)) => {
                 let values: Vec<Value> = values.iter().map(|v| Value::Integer(*v)).collect();
@@ -183,7 +189,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             self.client.send(frame).await?;
         }
         let mut came = None;
-        while let Some((_, frame)) = self.client.receive(until).await? {
+        loop {
+            let wait = if came.is_some() { until } else { latest };
+            let Some((_, frame)) = self.client.receive(wait).await? else {
+                break;
+            };
             if let Some(values) = recorder.transmit.values(&frame) {
                 let number = |value: Value| match value {
                     Value::Integer(value) => value as f64,
@@ -240,7 +250,11 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             if let Some(mut values) = self.exchange(set_points, ms).await? {
                 let word = values.remove(0);
                 self.judge(word as u16).await?;
-                samples.push(Sample { time_s, values });
+                samples.push(Sample {
+                    number: place,
+                    time_s,
+                    values,
+                });
             }
             if sent >= 20 && samples.len() * 10 < sent * 9 {
                 break;

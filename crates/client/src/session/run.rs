@@ -112,8 +112,8 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             .into_iter()
             .map(|sample| {
                 // What was commanded with a SYNC acts from the next one on.
-                let n = (sample.time_s * 1e3).round() as usize;
-                let torque = n.checked_sub(1).and_then(|n| torques.get(n)).copied();
+                let n = sample.number.checked_sub(1);
+                let torque = n.and_then(|n| torques.get(n)).copied();
                 let torque = torque.unwrap_or(0);
                 age = if torque == before { age + 1 } else { 0 };
                 before = torque;

@@ -159,6 +159,7 @@ mod tests {
             for n in 0..20_000 {
                 if n % 10 == 0 {
                     samples.push(Sample {
+                        number: samples.len(),
                         time_s: f64::from(n) * 1e-4,
                         values: vec![f64::floor(x), torque],
                     });

@@ -91,7 +91,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         let samples = self.record(run + RUN_UP_MS, 1, &[rest, 0], command).await?;
         let mut sums = vec![(0.0, 0.0); steps.hold_ms];
         for sample in &samples {
-            let n = (sample.time_s * 1e3).round() as usize;
+            let n = sample.number;
             // What was commanded with SYNC n acts from SYNC n + 1 on.
             let Some(after) = (n + BEFORE).checked_sub(RUN_UP_MS + 1) else {
                 continue;
