@@ -137,8 +137,8 @@ fn make_traffic(bus: &str) {
     outside(bus, async |connection| {
         let status = frame(0x601, &[0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
         for pause_us in [0, 170, 1_300, 40, 7_001] {
-            let answer = ask(connection, status, 0x581).await;
-            assert_eq!(answer.data()[..4], [0x42, 0x41, 0x60, 0]);
+            // Either this one's answer or the other master's, who asks the same node.
+            ask(connection, status, 0x581).await;
             tokio::time::sleep(Duration::from_micros(pause_us)).await;
         }
         ask(
