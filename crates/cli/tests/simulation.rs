@@ -120,13 +120,16 @@ fn outside<T>(bus: &str, work: impl AsyncFnOnce(&mut Connection) -> T) -> T {
     })
 }
 
-/// Asks and waits for the answer of that identifier.
+/// Asks and waits for the answer of that identifier; of an SDO answer also the object must be the one
+/// that was asked for, since another master may ask the same node for others.
 async fn ask(connection: &mut Connection, request: Frame, answer: u32) -> Frame {
     connection.send(request).await.unwrap();
+    let is_sdo = (0x581..=0x5FF).contains(&answer);
     loop {
         let received = tokio::time::timeout(Duration::from_secs(5), connection.receive());
         let frame = received.await.expect("an answer").unwrap().frame;
-        if frame.raw_id() == answer {
+        let same_object = || frame.bytes()[1..4] == request.bytes()[1..4];
+        if frame.raw_id() == answer && (!is_sdo || same_object()) {
             return frame;
         }
     }
@@ -137,8 +140,8 @@ fn make_traffic(bus: &str) {
     outside(bus, async |connection| {
         let status = frame(0x601, &[0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
         for pause_us in [0, 170, 1_300, 40, 7_001] {
-            // Either this one's answer or the other master's, who asks the same node.
-            ask(connection, status, 0x581).await;
+            let answer = ask(connection, status, 0x581).await;
+            assert_eq!(answer.data()[..4], [0x42, 0x41, 0x60, 0]);
             tokio::time::sleep(Duration::from_micros(pause_us)).await;
         }
         ask(
