@@ -74,7 +74,7 @@ impl Generator for ProfileVelocity {
 
         let from = self.demand.velocity;
         let ended = from == target.value && self.demand.acceleration == 0.0;
-        let error = (target.value - f64::from(inputs.actual.velocity)).abs();
+        let error = configuration.velocity_error(target.value, inputs.actual.velocity.into());
         self.take_target(inputs);
         self.bits = Bits {
             target_reached: self

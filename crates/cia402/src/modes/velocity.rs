@@ -113,7 +113,7 @@ impl Generator for Velocity {
 
         let locked = enabled && !unlocked;
         let ended = self.velocity == target.value;
-        let error = (target.value - f64::from(inputs.actual.velocity)).abs();
+        let error = configuration.velocity_error(target.value, inputs.actual.velocity.into());
         self.reached = self
             .arrival
             .tick(configuration.velocity_window, ended, error);
