@@ -497,9 +497,11 @@ impl Application {
         }
         if let Some(inputs) = &self.personality.inputs {
             inputs::show(image, inputs, self.seen.active, &self.signals);
-            if self.signals.torque_off {
+            if self.signals.torque_off
+                && let Some(statusword) = self.personality.axis.statusword
+            {
                 let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
-                image.set(self.personality.axis.statusword, status);
+                image.set(statusword, status);
             }
             self.probes.publish(image, &inputs.probes, &self.seen);
         }

@@ -87,7 +87,7 @@ pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
     Figures {
         inertia_kg_m2: value(image, motor.rotor_inertia),
         torque_constant_nm_per_a: value(image, motor.torque_constant),
-        counts_per_turn: image.real(motor.encoder_resolution),
+        counts_per_turn: value(image, motor.encoder_resolution),
     }
 }
 
@@ -103,22 +103,22 @@ pub(crate) fn read_parameters(
 ) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
     let motor = &personality.motor;
     let amplifier = &personality.amplifier;
-    let poles = image.number(motor.poles);
+    let poles = value(image, motor.poles) as i64;
     let pole_pairs = match poles {
         2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
         _ => return Err(ParameterError::Poles(poles)),
     };
-    let resolution = image.number(motor.encoder_resolution);
+    let resolution = value(image, motor.encoder_resolution) as i64;
     let counts_per_turn = match resolution {
         2..=0xFF_FFFF => resolution as i32,
         _ => return Err(ParameterError::EncoderResolution(resolution)),
     };
-    let electrical_polarity = polarity(image.number(motor.electrical_polarity))?;
+    let electrical_polarity = polarity(value(image, motor.electrical_polarity) as i64)?;
     let user_polarity = match personality.axis.polarity {
         Some(field) => polarity(image.number(field))?,
         None => 1,
     };
-    let frequency = image.number(amplifier.pwm_frequency_hz);
+    let frequency = value(image, amplifier.pwm_frequency_hz) as i64;
     let timing = match u32::try_from(frequency) {
         Ok(frequency_hz) if frequency_hz > 0 => PwmTiming {
             frequency_hz,
@@ -180,7 +180,7 @@ pub(crate) fn read_parameters(
         },
         encoder: EncoderSettings {
             counts_per_turn,
-            electrical_zero: image.number(motor.electrical_zero) as i32,
+            electrical_zero: value(image, motor.electrical_zero) as i32,
             electrical_polarity,
             user_polarity,
             lag_s: value(image, motor.encoder_lag),
@@ -189,7 +189,7 @@ pub(crate) fn read_parameters(
         },
         stage: PowerStage {
             scales: hardware.scales,
-            current_zero: [image.real(zero_a), image.real(zero_b)],
+            current_zero: [value(image, zero_a), value(image, zero_b)],
             current_limit_a: amplifier_a,
             voltage_limit_v: value(image, amplifier.max_phase_voltage),
             duty_margin: hardware.duty_margin,

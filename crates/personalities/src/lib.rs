@@ -19,13 +19,14 @@ mod faults;
 mod objects;
 pub mod p3;
 pub mod p3_extended;
+pub mod p3_jpl;
 mod personality;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, DirectGainObjects,
-    FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects,
-    LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow,
-    VlObjects, WindowObjects,
+    FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects, InputFunction,
+    InputObjects, LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects,
+    TargetWindow, VlObjects, WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};

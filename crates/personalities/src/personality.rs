@@ -2,7 +2,7 @@
 
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended,
+    p3, p3_extended, p3_jpl,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -72,7 +72,7 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED];
+pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &p3_jpl::P3_JPL];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

@@ -31,7 +31,7 @@ impl Application {
             self.new_node_id = NodeId::new(raw as u8);
             return Verdict::Accept;
         }
-        if object == self.personality.motor.electrical_polarity_at {
+        if self.personality.motor.electrical_polarity_at == Some(object) {
             return match raw as i8 {
                 0 => Verdict::Refuse(Abort::INVALID_VALUE),
                 _ => Verdict::Accept,
