@@ -490,6 +490,7 @@ impl VirtualDrive {
         self.controller.silence(false);
         self.controller.clear();
         self.service_at = Instant::NEVER;
+        self.stalled_until = Instant::ZERO;
         self.storing = None;
     }
 
@@ -560,15 +561,9 @@ impl VirtualDrive {
         let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
-                let replaced = self.store.replace(bytes);
-                if self.store.flash().has_lost_power() {
-                    notice(NoticeKind::PowerCutInSave);
-                    self.store.flash().power_on();
-                    self.store.load();
-                    self.lose_program();
-                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                let Some(replaced) = self.replace_stored(bytes, now, notice) else {
                     return;
-                }
+                };
                 replaced.map_err(|error| {
                     notice(NoticeKind::CannotStore(error));
                     Abort::HARDWARE
@@ -576,6 +571,8 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
-        core.store_done(result, now);
+        if let Some(core) = &mut self.core {
+            core.store_done(result, now);
+        }
     }
 }

@@ -32,6 +32,12 @@ impl VirtualDrive {
         }
     }
 
+    /// Everything that does not survive a logic supply that fails: also what the last reset was.
+    pub(crate) fn lose_supply(&mut self) {
+        self.lose_program();
+        self.health.watchdog_reset = false;
+    }
+
     /// Whether the processor neither hears nor computes.
     pub(crate) fn is_lifeless(&self) -> bool {
         self.processor != Processor::Alive
@@ -56,7 +62,7 @@ impl VirtualDrive {
                 self.boots_at = now.plus_ns(self.latency.boot_ns());
             }
             (Processor::Alive | Processor::Hung { .. }, false) => {
-                self.lose_program();
+                self.lose_supply();
                 self.processor = Processor::Off;
                 self.boots_at = Instant::NEVER;
             }
