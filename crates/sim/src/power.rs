@@ -23,12 +23,27 @@ pub(crate) enum Processor {
 }
 
 impl VirtualDrive {
-    /// Lets the processor hang from now on. 20 ms later the watchdog resets it.
-    pub fn hang(&mut self, now: Instant) {
-        if self.processor == Processor::Alive && !self.is_booting() {
-            self.processor = Processor::Hung {
-                until: now.plus_ns(WATCHDOG_NS),
-            };
+    /// Lets the processor hang from now on. 20 ms later the watchdog resets it. False, and nothing is
+    /// done, if it does not work.
+    pub fn hang(&mut self, now: Instant) -> bool {
+        if self.why_idle().is_some() {
+            return false;
+        }
+        self.processor = Processor::Hung {
+            until: now.plus_ns(WATCHDOG_NS),
+        };
+        true
+    }
+
+    /// What the processor does, if it does not work.
+    pub(crate) fn why_idle(&self) -> Option<&'static str> {
+        match self.processor {
+            // It may have lost its supply at this very moment.
+            _ if !self.plant.logic_powered() => Some("has no supply"),
+            Processor::Off => Some("has no supply"),
+            Processor::Hung { .. } => Some("hangs already"),
+            Processor::Alive if self.is_booting() => Some("boots"),
+            Processor::Alive => None,
         }
     }
 
