@@ -212,9 +212,21 @@ impl Application {
         let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
+        // Homing may have renamed all positions.
+        self.take_demand();
+        let actual = self.actual();
         let scales = &self.hardware.scales;
+        // In a frame that the master turns, a current says nothing of the rotor.
+        let follows_rotor = matches!(
+            self.axis.demand(),
+            Demand::Torque { .. } | Demand::Velocity { .. } | Demand::Position { .. }
+        );
         let phasing_error = self.phasing.tick(
-            self.feedback.current_q_a,
+            if follows_rotor {
+                self.feedback.current_q_a
+            } else {
+                0.0
+            },
             self.feedback.velocity,
             self.loops.rotor_amperes_per_acceleration,
             self.loops.continuous_a,
@@ -244,8 +256,12 @@ impl Application {
                 .fault_reaction(&self.configuration, &targets, &actual);
         } else if judgement.connection_lost {
             // A fault it is not: that was judged with the others.
+            let before = self.axis.state();
             self.axis
                 .connection_lost(&self.configuration, &targets, &actual);
+            if self.axis.state() != before {
+                self.word.hold();
+            }
         }
         self.take_demand();
         // It is a part of the supply and moves with it.

@@ -110,8 +110,8 @@ impl<M: NodeMemory> Drive<M> {
             self.cascade.load(&Command::idle());
         }
         let duty = self.cascade.period(sample);
-        self.captures
-            .period(signals.inputs, sample.encoder, self.cascade.position());
+        let (encoder, position) = (self.cascade.encoder(), self.cascade.position());
+        self.captures.period(signals.inputs, encoder, position);
         duty
     }
 

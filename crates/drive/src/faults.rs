@@ -72,7 +72,7 @@ pub(crate) struct Observation<'a> {
     pub(crate) active_inputs: u32,
     /// Safe torque off has taken the torque from an axis under power.
     pub(crate) torque_lost: bool,
-    /// Switches mean something to the present mode, or nothing moves.
+    /// Switches are no faults now: homing uses them, and in idle nothing moves.
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
     pub(crate) connection_matters: bool,
@@ -308,7 +308,7 @@ impl FaultManager {
         }
     }
 
-    /// Whether the cause of a row is there now. Causes that nothing senses yet never are.
+    /// Whether the cause of a row is there now.
     fn is_there(
         &mut self,
         image: &Image<'_>,
