@@ -7,6 +7,7 @@ use control::io::Duty;
 use control::{Feedback, Real as _};
 use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
 use personalities::Personality;
+use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
 
 use crate::controller::Controller;
@@ -79,7 +80,7 @@ impl Extremes {
     }
 }
 
-type Core = Drive<Box<[u8]>>;
+type Core = Drive<Box<[u8]>, AnyOwn>;
 
 /// What is written into the flash when its time has passed.
 #[derive(Clone, Copy, Debug)]
