@@ -16,6 +16,7 @@ use canopen::{
     UploadReply, dictionary,
 };
 
+use crate::own::OwnKind;
 use crate::p3;
 use crate::{ErrorRules, Personality};
 
@@ -93,5 +94,6 @@ pub static P3_JPL: Personality = Personality {
     presets_position: Some(Address::new(0x3F63, 0)), // J11
     inputs: None,
     termination: None,
+    own: OwnKind::Nothing,
     host: None,
 };
