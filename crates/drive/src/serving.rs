@@ -5,17 +5,18 @@ use personalities::HostObjects;
 
 use crate::Host;
 use crate::application::Application;
+use crate::body::Body;
 use crate::program::Action;
 
 /// The application together with the host of a call.
-pub(crate) struct Serving<'a, H> {
-    pub(crate) application: &'a mut Application,
+pub(crate) struct Serving<'a, H, B: Body> {
+    pub(crate) application: &'a mut Application<B>,
     pub(crate) host: &'a mut H,
 }
 
-impl<H: Host> Serving<'_, H> {
+impl<H: Host, B: Body> Serving<'_, H, B> {
     fn objects(&self) -> Option<&'static HostObjects> {
-        self.application.personality().host.as_ref()
+        self.application.personality.host.as_ref()
     }
 
     fn is_program(&self, object: Address) -> bool {
@@ -63,7 +64,7 @@ fn verdict(result: Result<(), Abort>) -> Verdict {
     }
 }
 
-impl<H: Host> Owner for Serving<'_, H> {
+impl<H: Host, B: Body> Owner for Serving<'_, H, B> {
     fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
         match self.objects() {
             Some(objects) if objects.program_control == object => {

@@ -39,7 +39,7 @@ impl VirtualDrive {
 
     /// When the state of the processor must be looked at next.
     pub(crate) fn next_power(&self) -> Instant {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) | (Processor::Alive | Processor::Hung { .. }, false) => {
                 Instant::ZERO
             }
@@ -50,7 +50,7 @@ impl VirtualDrive {
 
     /// Follows the logic supply and the watchdog.
     pub(crate) fn follow_power(&mut self, now: Instant) {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) => {
                 self.processor = Processor::Alive;
                 self.boots_at = now.plus_ns(self.latency.boot_ns());

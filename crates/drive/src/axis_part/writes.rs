@@ -1,0 +1,155 @@
+//! What a write to an object means to its axis.
+
+use canopen::{Abort, Address, Image, Verdict};
+use cia402::{Demand, HomingMethod, ModeRefused};
+
+use super::{AxisPart, Common};
+use crate::configuration::JERK_LIMITED;
+use crate::gains::GainWrite;
+use crate::probes;
+
+impl AxisPart {
+    /// What a write to an object that asks means; `None` if it is not the axis's.
+    pub(crate) fn write(
+        &mut self,
+        common: &Common,
+        image: &Image<'_>,
+        object: Address,
+        raw: u32,
+    ) -> Option<Verdict> {
+        if self.its.presets_position == Some(object) {
+            let shift = (raw as i32).wrapping_sub(self.feedback.position);
+            self.axis.preset_position(shift);
+            self.rename(shift);
+            return Some(Verdict::Done);
+        }
+        if object == self.its.motor.electrical_polarity_at {
+            return Some(match raw as i8 {
+                0 => Verdict::Refuse(Abort::INVALID_VALUE),
+                _ => Verdict::Accept,
+            });
+        }
+        if let Some(verdict) = self.write_gain(image, object, raw) {
+            return Some(verdict);
+        }
+        let objects = &self.its.objects;
+        if objects.targets.interpolation_data == Some(object) {
+            return Some(self.write_interpolation_data(image, raw as i32));
+        }
+        if objects.targets.interpolation_clear == Some(object) {
+            self.axis.clear_buffer(raw != 0);
+            return Some(Verdict::Done);
+        }
+        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
+            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
+        {
+            return Some(match self.axis.demand() {
+                Demand::PhaseVoltage { .. } => Verdict::Accept,
+                _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            });
+        }
+        Some(
+            match (object.index.wrapping_sub(objects.base), object.sub) {
+                (0x40, 0) => self.write_controlword(common, image, raw as u16),
+                (0x60, 0) => self.write_mode(image, raw as i8),
+                (0x7E, 0) => self.write_polarity(raw as i8),
+                (0xB8, 0) if !probes::is_supported(raw as u16) => {
+                    Verdict::Refuse(Abort::INVALID_VALUE)
+                }
+                (0xB8, 0) => Verdict::Accept,
+                (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => Verdict::Accept,
+                (0x86, 0) => Verdict::Refuse(Abort::INVALID_VALUE),
+                // P48: an angle only where one is used.
+                (0xEA, 0) => match self.axis.demand() {
+                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
+                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
+                },
+                (0x98, 0) => self.write_homing_method(raw as i8),
+                _ => return None,
+            },
+        )
+    }
+
+    fn write_controlword(&mut self, common: &Common, image: &Image<'_>, word: u16) -> Verdict {
+        if common.is_stopped {
+            return Verdict::Refuse(Abort::DEVICE_STATE);
+        }
+        let asked = self.asked(image);
+        self.word.write(word, asked);
+        self.pass_controlword(image);
+        Verdict::Accept
+    }
+
+    /// The axis gets the master's controlword as inputs leave it.
+    pub(super) fn pass_controlword(&mut self, image: &Image<'_>) {
+        let word = self.word.value();
+        // A limit or rate that came in the same RPDO counts already.
+        if word != self.axis.controlword().0 {
+            self.configuration = self.read_configuration(image);
+        }
+        let targets = self.targets(image);
+        let actual = self.actual();
+        let outcome = self
+            .axis
+            .write_controlword(word, &self.configuration, &targets, &actual);
+        if outcome.fault_reset {
+            self.faults.reset();
+        }
+        self.take_demand();
+    }
+
+    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
+        let targets = self.targets(image);
+        let actual = self.actual();
+        let result = self
+            .axis
+            .write_mode(mode, &self.configuration, &targets, &actual);
+        self.take_demand();
+        match result {
+            Ok(()) => Verdict::Accept,
+            Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
+            Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
+        }
+    }
+
+    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
+    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+        let targets = self.targets(image);
+        let actual = self.actual();
+        let taken = self
+            .axis
+            .push_set_point(position, &self.configuration, &targets, &actual);
+        if taken {
+            Verdict::Accept
+        } else {
+            Verdict::Refuse(Abort::DEVICE_STATE)
+        }
+    }
+
+    /// A change of direction under power would turn the demand round.
+    fn write_polarity(&self, polarity: i8) -> Verdict {
+        match polarity {
+            1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
+            1 | -1 => Verdict::Accept,
+            _ => Verdict::Refuse(Abort::INVALID_VALUE),
+        }
+    }
+
+    /// Numbers that are reserved are no methods.
+    fn write_homing_method(&self, number: i8) -> Verdict {
+        match HomingMethod::new(number) {
+            Some(_) => Verdict::Accept,
+            None => Verdict::Refuse(Abort::INVALID_VALUE),
+        }
+    }
+
+    fn write_gain(&mut self, image: &Image<'_>, object: Address, new: u32) -> Option<Verdict> {
+        let gains = &self.its.amplifier.gains;
+        let write = self.direct.written(image, gains, object, new)?;
+        Some(match write {
+            GainWrite::NoGain => Verdict::Refuse(Abort::INVALID_VALUE),
+            GainWrite::NoBandwidth => Verdict::Refuse(Abort::DEVICE_STATE),
+            GainWrite::ByRule | GainWrite::Direct => Verdict::Accept,
+        })
+    }
+}
