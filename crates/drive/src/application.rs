@@ -1,10 +1,14 @@
 //! The owner of a drive's objects: what it has once, and its axes.
 
+mod own;
 mod writes;
 
 use canopen::{Changed, Image, Instant, NodeId, store};
-use control::Parameters;
+use control::capture::Seen;
+use control::io::Signals;
+use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
+use personalities::own::OwnBehaviour;
 
 use crate::axis_part::{AxisPart, Common};
 use crate::body::{Body, List};
@@ -15,9 +19,11 @@ use crate::{Hardware, ParameterError};
 
 /// Everything about the drive that is not CANopen itself.
 #[derive(Clone, Debug)]
-pub(crate) struct Application<B: Body> {
+pub(crate) struct Application<O, B: Body> {
     pub(crate) personality: &'static Personality,
-    common: Common,
+    hardware: Hardware,
+    /// The program is stopped: the power stages stay off.
+    is_stopped: bool,
     pub(crate) faults: FaultManager,
     axes: B::List<AxisPart>,
     /// To be taken once its write is acknowledged.
@@ -27,9 +33,11 @@ pub(crate) struct Application<B: Body> {
     pub(crate) restores: bool,
     /// A program is to be started: with it the node starts over.
     pub(crate) restart: bool,
+    /// What only this drive does.
+    pub(crate) own: O,
 }
 
-impl<B: Body> Application<B> {
+impl<O: OwnBehaviour, B: Body> Application<O, B> {
     /// Reads everything from the image. Beside it: the parameters of each axis's loops.
     ///
     /// # Errors
@@ -39,7 +47,7 @@ impl<B: Body> Application<B> {
         personality: &'static Personality,
         hardware: Hardware,
         image: &Image<'_>,
-    ) -> Result<(Application<B>, B::List<Parameters<f32>>), ParameterError> {
+    ) -> Result<(Application<O, B>, B::List<Parameters<f32>>), ParameterError> {
         let count = personality.axes.len();
         let axes = List::build(count, |number| {
             AxisPart::new(personality, number, &hardware, image)
@@ -51,16 +59,15 @@ impl<B: Body> Application<B> {
         })?;
         let application = Application {
             personality,
-            common: Common {
-                hardware,
-                is_stopped: false,
-            },
+            hardware,
+            is_stopped: false,
             faults: FaultManager::default(),
             axes,
             new_node_id: None,
             storage_request: None,
             restores: false,
             restart: false,
+            own: O::new(personality, image),
         };
         Ok((application, parameters))
     }
@@ -82,15 +89,17 @@ impl<B: Body> Application<B> {
 
     /// Acts upon writes that were committed.
     pub(crate) fn changed(&mut self, image: &Image<'_>, changed: Changed) {
-        for axis in self.axes.as_mut() {
-            axis.changed(&self.common, image, changed);
+        let (axes, common) = self.split();
+        for axis in axes {
+            axis.changed(&common, image, changed);
         }
     }
 
     /// A SYNC was received; what came with it has been acted upon.
     pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
-        for axis in self.axes.as_mut() {
-            axis.sync(image, now);
+        let (axes, common) = self.split();
+        for axis in axes {
+            axis.sync(&common, image, now);
         }
     }
 
@@ -110,10 +119,21 @@ impl<B: Body> Application<B> {
         });
     }
 
+    /// The axes, and what they need of the drive.
+    fn split(&mut self) -> (&mut [AxisPart], Common<'_, O>) {
+        let common = Common {
+            hardware: &self.hardware,
+            own: &self.own,
+            is_stopped: self.is_stopped,
+        };
+        (self.axes.as_mut(), common)
+    }
+
     /// Does something to the axes; what it changes in their errors will be announced.
-    fn noting<T>(&mut self, act: impl FnOnce(&mut [AxisPart], &Common) -> T) -> T {
+    fn noting<T>(&mut self, act: impl FnOnce(&mut [AxisPart], &Common<'_, O>) -> T) -> T {
         let before = self.errors();
-        let done = act(self.axes.as_mut(), &self.common);
+        let (axes, common) = self.split();
+        let done = act(axes, &common);
         self.faults.note(before, self.errors());
         done
     }
@@ -137,7 +157,7 @@ impl<B: Body> Application<B> {
 
     /// The program has been stopped (0x1F51): nothing moves until the next start.
     pub(crate) fn program_stops(&mut self) {
-        self.common.is_stopped = true;
+        self.is_stopped = true;
     }
 
     /// The program is to start (0x1F51).
@@ -147,7 +167,7 @@ impl<B: Body> Application<B> {
 
     /// Whether a power stage is on.
     pub(crate) fn is_powered(&self) -> bool {
-        self.axes().iter().any(AxisPart::is_powered)
+        self.axes().iter().any(|axis| axis.is_powered(&self.own))
     }
 
     /// The stored parameters are in the image.
@@ -177,6 +197,9 @@ impl<B: Body> Application<B> {
         for axis in self.axes.as_mut() {
             axis.publish(image);
         }
+        for axis in self.axes.as_ref() {
+            self.own.publish(image, &axis.view(&self.hardware));
+        }
     }
 
     /// What the control half of an axis is to take, in its order.
@@ -185,7 +208,33 @@ impl<B: Body> Application<B> {
         axis: usize,
         image: &Image<'_>,
     ) -> Option<Parameters<f32>> {
-        let part = self.axes.as_mut().get_mut(axis)?;
-        part.take_parameters(&self.common, image)
+        let (axes, common) = self.split();
+        axes.get_mut(axis)?.take_parameters(&common, image)
+    }
+
+    /// A new command for the control half of an axis.
+    pub(crate) fn take_command(&mut self, axis: usize) -> Option<Command<f32>> {
+        let (axes, common) = self.split();
+        axes.get_mut(axis)?.take_command(common.own)
+    }
+
+    /// Limits that changed while the demand of an axis goes on.
+    pub(crate) fn take_limits(&mut self, axis: usize) -> Option<Limits<f32>> {
+        let (axes, common) = self.split();
+        axes.get_mut(axis)?.take_limits(common.own)
+    }
+
+    /// Takes what the control half of an axis has seen.
+    pub(crate) fn observe(
+        &mut self,
+        axis: usize,
+        feedback: &Feedback<f32>,
+        signals: &Signals,
+        seen: &Seen,
+    ) {
+        let (axes, common) = self.split();
+        if let Some(axis) = axes.get_mut(axis) {
+            axis.observe(common.own, feedback, signals, seen);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! One axis of a drive: what a write to its objects means, and what a millisecond brings it.
 
+mod own;
 mod writes;
 
 use canopen::{Changed, Image, Instant};
@@ -7,6 +8,7 @@ use cia402::{Actual, Axis, Configuration, Demand, Mode, Statusword, Target, Targ
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
+use personalities::own::OwnBehaviour;
 use personalities::{AxisPersonality, Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
@@ -23,8 +25,9 @@ use crate::{Hardware, ParameterError, PwmTiming};
 
 /// What a drive has once and its axes need.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Common {
-    pub(crate) hardware: Hardware,
+pub(crate) struct Common<'a, O> {
+    pub(crate) hardware: &'a Hardware,
+    pub(crate) own: &'a O,
     /// The program is stopped: the power stage stays off.
     pub(crate) is_stopped: bool,
 }
@@ -34,8 +37,8 @@ pub(crate) struct Common {
 pub struct AxisPart {
     personality: &'static Personality,
     its: &'static AxisPersonality,
-    /// Of its first class of changes, less 1.
-    classes: u8,
+    /// Which axis of the drive, from 0.
+    number: u8,
     pub(crate) axis: Axis,
     configuration: Configuration,
     /// 0x6080 or its like, counts/s.
@@ -82,7 +85,7 @@ impl AxisPart {
         let mut part = AxisPart {
             personality,
             its,
-            classes: number as u8 * class::PER_AXIS,
+            number: number as u8,
             axis: Axis::new(&personality.cia402),
             configuration: read_configuration(image, &its.objects),
             max_motor_velocity: None,
@@ -111,7 +114,13 @@ impl AxisPart {
     }
 
     /// Takes what the control half has seen.
-    pub(crate) fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
+    pub(crate) fn observe<O: OwnBehaviour>(
+        &mut self,
+        own: &O,
+        feedback: &Feedback<f32>,
+        signals: &Signals,
+        seen: &Seen,
+    ) {
         self.feedback = *feedback;
         self.signals = *signals;
         self.seen = *seen;
@@ -120,15 +129,21 @@ impl AxisPart {
             self.signals.torque_off = false;
         }
         if self.signals.torque_off {
-            self.torque_lost |= self.axis.is_powered();
+            self.torque_lost |= self.is_powered(own);
             self.axis.torque_off();
             self.new_command |= self.axis.take_demand().is_some();
         }
     }
 
     /// Acts upon writes that were committed.
-    pub(crate) fn changed(&mut self, common: &Common, image: &Image<'_>, changed: Changed) {
-        let has = |class| changed.has(self.classes + class);
+    pub(crate) fn changed<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        changed: Changed,
+    ) {
+        let classes = self.number.wrapping_mul(class::PER_AXIS);
+        let has = |class: u8| changed.has(class + classes);
         if has(class::CONTROL) {
             self.configure_loops(common, image);
             self.configure(image);
@@ -145,14 +160,14 @@ impl AxisPart {
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
-            if changed.has(self.classes + class) {
+            if changed.has(class + classes) {
                 let targets = self.targets(image);
-                let actual = self.actual();
+                let actual = self.actual(common.own);
                 self.axis
                     .set_point(target, &self.configuration, &targets, &actual);
             }
         }
-        if changed.has(self.classes + class::TOUCH_PROBE)
+        if changed.has(class::TOUCH_PROBE + classes)
             && let Some(inputs) = &self.its.inputs
         {
             let function = image.raw(inputs.probes.function) as u16;
@@ -184,42 +199,50 @@ impl AxisPart {
     }
 
     /// Inputs act as bits of the controlword do.
-    pub(crate) fn obey_inputs(&mut self, common: &Common, image: &Image<'_>) {
+    pub(crate) fn obey_inputs<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+    ) {
         let asked = self.asked(image);
         if !common.is_stopped && self.word.ask(asked) {
-            self.pass_controlword(image);
+            self.pass_controlword(common, image);
         }
     }
 
     /// A SYNC was received; what came with it has been acted upon.
-    pub(crate) fn sync(&mut self, image: &Image<'_>, now: Instant) {
+    pub(crate) fn sync<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        now: Instant,
+    ) {
         self.faults.sync(now);
         if self.axis.mode() == Mode::INTERPOLATED_POSITION {
             let targets = self.targets(image);
-            let actual = self.actual();
+            let actual = self.actual(common.own);
             self.axis.sync(&self.configuration, &targets, &actual);
             self.take_demand();
         }
     }
 
     /// Once per millisecond.
-    pub(crate) fn tick(
+    pub(crate) fn tick<O: OwnBehaviour>(
         &mut self,
-        common: &Common,
+        common: &Common<'_, O>,
         image: &Image<'_>,
         now: Instant,
         happened: &Happened,
     ) {
         let targets = self.targets(image);
-        let actual = self.actual();
+        let actual = self.actual(common.own);
         self.axis.tick(&self.configuration, &targets, &actual);
         // Homing may have renamed all positions.
         self.take_demand();
-        let actual = self.actual();
-        let scales = &common.hardware.scales;
+        let actual = self.actual(common.own);
         // In a frame that the master turns, a current says nothing of the rotor.
         let follows_rotor = matches!(
-            self.axis.demand(),
+            self.demand(common.own),
             Demand::Torque { .. } | Demand::Velocity { .. } | Demand::Position { .. }
         );
         let phasing_error = self.phasing.tick(
@@ -234,20 +257,20 @@ impl AxisPart {
         );
         let seen = Observation {
             now,
-            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
-                + scales.motor_temperature_zero_c,
+            motor_temperature_c: self.motor_temperature_c(common.hardware),
             phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
             signals: &self.signals,
             parameters_are_valid: self.parameter_error.is_none(),
-            enabled: self.is_powered(),
+            enabled: self.is_powered(common.own),
             active_inputs: self.seen.active,
             torque_lost: core::mem::take(&mut self.torque_lost),
             // "Ignored in Idle/Homing modes" (l.998).
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
-            connection_matters: self.is_powered()
+            connection_matters: self.is_powered(common.own)
                 && self.configuration.abort_connection_option == 1,
+            own_causes: common.own.causes(),
         };
         let judgement = self.faults.judge(self.personality, image, &seen, happened);
         if judgement.frees {
@@ -266,13 +289,13 @@ impl AxisPart {
         }
         self.take_demand();
         // It is a part of the supply and moves with it.
-        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
+        self.new_command |= matches!(self.demand(common.own), Demand::PhaseVoltage { .. });
     }
 
-    pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
+    pub(crate) fn take_command<O: OwnBehaviour>(&mut self, own: &O) -> Option<Command<f32>> {
         core::mem::take(&mut self.new_command).then(|| {
             command(
-                self.axis.demand(),
+                self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
@@ -283,10 +306,10 @@ impl AxisPart {
     }
 
     /// Limits that changed while the demand goes on.
-    pub(crate) fn take_limits(&mut self) -> Option<Limits<f32>> {
+    pub(crate) fn take_limits<O: OwnBehaviour>(&mut self, own: &O) -> Option<Limits<f32>> {
         core::mem::take(&mut self.new_limits).then(|| {
             limits(
-                self.axis.demand(),
+                self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
@@ -295,14 +318,14 @@ impl AxisPart {
         })
     }
 
-    pub(crate) fn take_parameters(
+    pub(crate) fn take_parameters<O: OwnBehaviour>(
         &mut self,
-        common: &Common,
+        common: &Common<'_, O>,
         image: &Image<'_>,
     ) -> Option<Parameters<f32>> {
         core::mem::take(&mut self.new_parameters).then_some(())?;
         // They were read without an error when they changed.
-        read_parameters(image, self.its, &common.hardware, self.direct)
+        read_parameters(image, self.its, common.hardware, self.direct)
             .ok()
             .map(|(parameters, _)| parameters)
     }
@@ -364,9 +387,9 @@ impl AxisPart {
         }
     }
 
-    fn configure_loops(&mut self, common: &Common, image: &Image<'_>) {
+    fn configure_loops<O: OwnBehaviour>(&mut self, common: &Common<'_, O>, image: &Image<'_>) {
         self.gains_shown = false;
-        match read_parameters(image, self.its, &common.hardware, self.direct) {
+        match read_parameters(image, self.its, common.hardware, self.direct) {
             Ok((_, loops)) => {
                 self.loops = loops;
                 self.new_parameters = true;
@@ -410,15 +433,21 @@ impl AxisPart {
     }
 
     /// Whether the power stage is on.
-    pub(crate) fn is_powered(&self) -> bool {
-        self.axis.is_powered()
+    pub(crate) fn is_powered<O: OwnBehaviour>(&self, own: &O) -> bool {
+        *self.demand(own) != Demand::Off
     }
 
-    fn actual(&self) -> Actual {
+    /// The axis's demand, or that of the drive's own behaviour.
+    pub(crate) fn demand<'a, O: OwnBehaviour>(&'a self, own: &'a O) -> &'a Demand {
+        own.demand(self.number)
+            .unwrap_or_else(|| self.axis.demand())
+    }
+
+    fn actual<O: OwnBehaviour>(&self, own: &O) -> Actual {
         let feedback = &self.feedback;
         // The demand that counts is the next period's. The position moves along with it, so that
         // their difference stays the following error of one moment.
-        let moved = match self.axis.demand() {
+        let moved = match self.demand(own) {
             Demand::Position { .. } => feedback
                 .next_position
                 .wrapping_sub(feedback.demand_position),

@@ -7,6 +7,7 @@ use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
+use personalities::own::{Heard, OwnBehaviour};
 
 use crate::application::Application;
 use crate::axis_part::AxisPart;
@@ -52,8 +53,8 @@ pub fn stored_node_id(personality: &Personality, stored: &[u8]) -> Option<NodeId
 
 /// A communication half, the parameters with which each axis's control half begins, and what was wrong with
 /// those stored.
-pub type Made<M, B = OneAxis> = (
-    Comms<M, B>,
+pub type Made<M, O = (), B = OneAxis> = (
+    Comms<M, O, B>,
     <B as Body>::List<Parameters<f32>>,
     Option<store::Damage>,
 );
@@ -62,11 +63,11 @@ pub type Made<M, B = OneAxis> = (
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
 /// what the control half needs with the `take_` functions; call [`Comms::poll`] at
-/// [`Comms::next_deadline`].
+/// [`Comms::next_deadline`]. `O` is what only this drive does, `()` is nothing; `B` what carries it.
 #[derive(Clone, Debug)]
-pub struct Comms<M, B: Body = OneAxis> {
+pub struct Comms<M, O = (), B: Body = OneAxis> {
     node: Node<M>,
-    application: Application<B>,
+    application: Application<O, B>,
     reset: Option<Reset>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
@@ -75,7 +76,7 @@ pub struct Comms<M, B: Body = OneAxis> {
     next_tick: Instant,
 }
 
-impl<M: NodeMemory> Comms<M> {
+impl<M: NodeMemory, O: OwnBehaviour> Comms<M, O> {
     /// A drive with one axis; see [`Comms::build`].
     ///
     /// # Errors
@@ -88,12 +89,12 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<Made<M>, ParameterError> {
+    ) -> Result<Made<M, O>, ParameterError> {
         Comms::build(personality, hardware, memory, id, serial, stored, health)
     }
 }
 
-impl<M: NodeMemory, B: Body> Comms<M, B> {
+impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
     /// A drive that is silent until [`Comms::start`]. `stored` are the bytes last made by
     /// [`Comms::stored`], empty if there are none; `serial` its serial number. What the host knows
     /// of the reason for this start is in `health`.
@@ -113,7 +114,7 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<Made<M, B>, ParameterError> {
+    ) -> Result<Made<M, O, B>, ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -130,6 +131,7 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
         });
         show_id(personality, &mut image, id);
         application.loaded(&image);
+        application.own = O::new(personality, &image);
         application.changed(&image, Changed::EVERYTHING);
         application.show_gains(&mut image);
         let comms = Comms {
@@ -143,10 +145,16 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
         Ok((comms, parameters, damage))
     }
 
-    /// Boots up. Call once.
+    /// Boots up, unless the drive's own behaviour waits for something. Call once.
     pub fn start(&mut self, now: Instant) {
-        let events = self.node.start(now);
         self.next_tick = now.plus_ns(TICK_NS);
+        if !self.application.own.waits() {
+            self.boot(now);
+        }
+    }
+
+    fn boot(&mut self, now: Instant) {
+        let events = self.node.start(now);
         self.handle(events, now);
     }
 
@@ -160,14 +168,20 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
         signals: &Signals,
         seen: &Seen,
     ) {
-        if let Some(axis) = self.application.axis_mut(axis) {
-            axis.observe(feedback, signals, seen);
-        }
+        self.application.observe(axis, feedback, signals, seen);
     }
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        if self.application.own.waits() {
+            let (id, view) = (self.node.id(), self.application.view(0));
+            let own = &mut self.application.own;
+            match own.hear(frame, id, &mut self.node.image(), &view) {
+                Heard::Nothing => return,
+                Heard::Boots => self.boot(now),
+            }
+        }
         let mut serving = Serving {
             application: &mut self.application,
             host,
@@ -191,6 +205,7 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
                 _ => self.restart_in -= 1,
             }
             self.report_communication();
+            self.application.tick_own(&mut self.node.image());
             self.application.tick(&self.node.image(), now);
             self.announce(now);
             let mut serving = Serving {
@@ -223,6 +238,9 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
     /// call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
+        if let Some(frame) = self.application.own.take_frame() {
+            return Some(frame);
+        }
         let frame = self.node.transmit(&mut Serving {
             application: &mut self.application,
             host,
@@ -246,12 +264,12 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
     /// A new command for the control half of an axis; 0 is the first.
     #[inline]
     pub fn take_command(&mut self, axis: usize) -> Option<Command<f32>> {
-        self.application.axis_mut(axis)?.take_command()
+        self.application.take_command(axis)
     }
 
     /// New limits for the command in force.
     pub fn take_limits(&mut self, axis: usize) -> Option<Limits<f32>> {
-        self.application.axis_mut(axis)?.take_limits()
+        self.application.take_limits(axis)
     }
 
     /// New parameters for the control half of an axis.
@@ -296,7 +314,9 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        let request = self.application.storage_request.take()?;
+        let Some(request) = self.application.storage_request.take() else {
+            return self.application.own.take_reset().map(Request::Reset);
+        };
         Some(match self.application.restores {
             true => Request::Restore(request),
             false => Request::Store(request),
@@ -343,6 +363,7 @@ impl<M: NodeMemory, B: Body> Comms<M, B> {
 
     /// The host has stored, or could not.
     pub fn store_done(&mut self, result: Result<(), Abort>, now: Instant) {
+        self.application.own.store_done(result.is_ok());
         self.node.complete(result, now);
     }
 

@@ -7,6 +7,7 @@ use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Command, Feedback};
 use personalities::Personality;
+use personalities::own::OwnBehaviour;
 
 use crate::body::{Body, List, OneAxis};
 use crate::{Comms, Health, Host, Made, ParameterError, PwmTiming, Request};
@@ -24,10 +25,11 @@ pub struct Hardware {
 ///
 /// The host calls [`Drive::control_period`] (for each axis [`Drive::axis_period`]) at the control rate, [`Drive::receive`] for each frame,
 /// [`Drive::poll`] at [`Drive::next_deadline`], and after each of the last two takes frames with
-/// [`Drive::transmit`] and looks at [`Drive::take_request`].
+/// [`Drive::transmit`] and looks at [`Drive::take_request`]. `O` is what only this drive does, `()` is
+/// nothing; `B` what carries it.
 #[derive(Clone, Debug)]
-pub struct Drive<M, B: Body = OneAxis> {
-    comms: Comms<M, B>,
+pub struct Drive<M, O = (), B: Body = OneAxis> {
+    comms: Comms<M, O, B>,
     axes: B::List<ControlPart>,
 }
 
@@ -43,7 +45,7 @@ struct ControlPart {
     signals: Signals,
 }
 
-impl<M: NodeMemory> Drive<M> {
+impl<M: NodeMemory, O: OwnBehaviour> Drive<M, O> {
     /// A drive with one axis; see [`Comms::new`].
     ///
     /// # Errors
@@ -56,12 +58,12 @@ impl<M: NodeMemory> Drive<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
+    ) -> Result<(Drive<M, O>, Option<store::Damage>), ParameterError> {
         Drive::build(personality, hardware, memory, id, serial, stored, health)
     }
 }
 
-impl<M: NodeMemory, B: Body> Drive<M, B> {
+impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
     /// See [`Comms::build`].
     ///
     /// # Errors
@@ -74,8 +76,8 @@ impl<M: NodeMemory, B: Body> Drive<M, B> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M, B>, Option<store::Damage>), ParameterError> {
-        let made: Made<M, B> =
+    ) -> Result<(Drive<M, O, B>, Option<store::Damage>), ParameterError> {
+        let made: Made<M, O, B> =
             Comms::build(personality, hardware, memory, id, serial, stored, health)?;
         let (comms, parameters, damage) = made;
         let count = personality.axes.len();
@@ -215,7 +217,7 @@ impl<M: NodeMemory, B: Body> Drive<M, B> {
     }
 
     /// The communication half.
-    pub fn comms(&self) -> &Comms<M, B> {
+    pub fn comms(&self) -> &Comms<M, O, B> {
         &self.comms
     }
 
@@ -274,7 +276,11 @@ impl ControlPart {
 
     /// Gives the control half what the communication half has for it; in force from the next
     /// control period on.
-    fn take<M: NodeMemory, B: Body>(&mut self, comms: &mut Comms<M, B>, axis: usize) {
+    fn take<M: NodeMemory, O: OwnBehaviour, B: Body>(
+        &mut self,
+        comms: &mut Comms<M, O, B>,
+        axis: usize,
+    ) {
         if let Some(parameters) = comms.take_parameters(axis) {
             self.cascade.set_parameters(&parameters);
             let encoder = &parameters.encoder;

@@ -87,6 +87,8 @@ pub(crate) struct Observation<'a> {
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
     pub(crate) connection_matters: bool,
+    /// [`personalities::own::OwnBehaviour::causes`].
+    pub(crate) own_causes: u32,
 }
 
 /// What the errors of a millisecond ask of the axis.
@@ -352,6 +354,11 @@ impl AxisFaults {
         self.errors.latched = 0;
     }
 
+    /// Whether a fault is latched.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.errors.latched != 0
+    }
+
     /// Whether a warning is active.
     pub(crate) fn has_warning(&self) -> bool {
         self.errors.active & !self.errors.latched != 0
@@ -446,6 +453,7 @@ impl AxisFaults {
             Cause::MotorTemperature => seen.motor_temperature_c > threshold,
             Cause::MotorPhasing => seen.phasing_error,
             Cause::TorqueOff => seen.torque_lost,
+            Cause::Own(bit) => seen.own_causes & 1u32.checked_shl(bit.into()).unwrap_or(0) != 0,
         }
     }
 }

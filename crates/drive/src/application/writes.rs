@@ -3,13 +3,18 @@
 
 use canopen::{Abort, Address, Image, NodeId, Verdict, store};
 
+use personalities::own::OwnBehaviour;
+
 use super::Application;
 use crate::body::Body;
 use crate::gains::stored_together;
 
-impl<B: Body> Application<B> {
+impl<O: OwnBehaviour, B: Body> Application<O, B> {
     /// What a write to an object that asks means.
     pub(crate) fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
+        if let Some(verdict) = self.write_own(image, object, new) {
+            return verdict;
+        }
         let mut raw = [0; 4];
         for (place, byte) in raw.iter_mut().zip(new) {
             *place = *byte;

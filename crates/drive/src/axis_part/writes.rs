@@ -2,6 +2,7 @@
 
 use canopen::{Abort, Address, Image, Verdict};
 use cia402::{Demand, HomingMethod, ModeRefused};
+use personalities::own::OwnBehaviour;
 
 use super::{AxisPart, Common};
 use crate::configuration::JERK_LIMITED;
@@ -10,17 +11,15 @@ use crate::probes;
 
 impl AxisPart {
     /// What a write to an object that asks means; `None` if it is not the axis's.
-    pub(crate) fn write(
+    pub(crate) fn write<O: OwnBehaviour>(
         &mut self,
-        common: &Common,
+        common: &Common<'_, O>,
         image: &Image<'_>,
         object: Address,
         raw: u32,
     ) -> Option<Verdict> {
         if self.its.presets_position == Some(object) {
-            let shift = (raw as i32).wrapping_sub(self.feedback.position);
-            self.axis.preset_position(shift);
-            self.rename(shift);
+            self.preset_position(raw as i32);
             return Some(Verdict::Done);
         }
         if object == self.its.motor.electrical_polarity_at {
@@ -34,7 +33,7 @@ impl AxisPart {
         }
         let objects = &self.its.objects;
         if objects.targets.interpolation_data == Some(object) {
-            return Some(self.write_interpolation_data(image, raw as i32));
+            return Some(self.write_interpolation_data(common, image, raw as i32));
         }
         if objects.targets.interpolation_clear == Some(object) {
             self.axis.clear_buffer(raw != 0);
@@ -43,7 +42,7 @@ impl AxisPart {
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
             || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
         {
-            return Some(match self.axis.demand() {
+            return Some(match self.demand(common.own) {
                 Demand::PhaseVoltage { .. } => Verdict::Accept,
                 _ => Verdict::Refuse(Abort::DEVICE_STATE),
             });
@@ -51,8 +50,8 @@ impl AxisPart {
         Some(
             match (object.index.wrapping_sub(objects.base), object.sub) {
                 (0x40, 0) => self.write_controlword(common, image, raw as u16),
-                (0x60, 0) => self.write_mode(image, raw as i8),
-                (0x7E, 0) => self.write_polarity(raw as i8),
+                (0x60, 0) => self.write_mode(common, image, raw as i8),
+                (0x7E, 0) => self.write_polarity(common.own, raw as i8),
                 (0xB8, 0) if !probes::is_supported(raw as u16) => {
                     Verdict::Refuse(Abort::INVALID_VALUE)
                 }
@@ -60,7 +59,7 @@ impl AxisPart {
                 (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => Verdict::Accept,
                 (0x86, 0) => Verdict::Refuse(Abort::INVALID_VALUE),
                 // P48: an angle only where one is used.
-                (0xEA, 0) => match self.axis.demand() {
+                (0xEA, 0) => match self.demand(common.own) {
                     Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
                     _ => Verdict::Refuse(Abort::DEVICE_STATE),
                 },
@@ -70,25 +69,41 @@ impl AxisPart {
         )
     }
 
-    fn write_controlword(&mut self, common: &Common, image: &Image<'_>, word: u16) -> Verdict {
+    /// The actual position gets another name, counts.
+    pub(super) fn preset_position(&mut self, position: i32) {
+        let shift = position.wrapping_sub(self.feedback.position);
+        self.axis.preset_position(shift);
+        self.rename(shift);
+    }
+
+    pub(super) fn write_controlword<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        word: u16,
+    ) -> Verdict {
         if common.is_stopped {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
         let asked = self.asked(image);
         self.word.write(word, asked);
-        self.pass_controlword(image);
+        self.pass_controlword(common, image);
         Verdict::Accept
     }
 
     /// The axis gets the master's controlword as inputs leave it.
-    pub(super) fn pass_controlword(&mut self, image: &Image<'_>) {
+    pub(super) fn pass_controlword<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+    ) {
         let word = self.word.value();
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
             self.configuration = self.read_configuration(image);
         }
         let targets = self.targets(image);
-        let actual = self.actual();
+        let actual = self.actual(common.own);
         let outcome = self
             .axis
             .write_controlword(word, &self.configuration, &targets, &actual);
@@ -98,9 +113,14 @@ impl AxisPart {
         self.take_demand();
     }
 
-    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
+    pub(super) fn write_mode<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        mode: i8,
+    ) -> Verdict {
         let targets = self.targets(image);
-        let actual = self.actual();
+        let actual = self.actual(common.own);
         let result = self
             .axis
             .write_mode(mode, &self.configuration, &targets, &actual);
@@ -113,9 +133,14 @@ impl AxisPart {
     }
 
     /// A set-point for the buffer: refused while that is full or closed, and in other modes.
-    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
+    fn write_interpolation_data<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        position: i32,
+    ) -> Verdict {
         let targets = self.targets(image);
-        let actual = self.actual();
+        let actual = self.actual(common.own);
         let taken = self
             .axis
             .push_set_point(position, &self.configuration, &targets, &actual);
@@ -127,9 +152,9 @@ impl AxisPart {
     }
 
     /// A change of direction under power would turn the demand round.
-    fn write_polarity(&self, polarity: i8) -> Verdict {
+    fn write_polarity<O: OwnBehaviour>(&self, own: &O, polarity: i8) -> Verdict {
         match polarity {
-            1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
+            1 | -1 if self.is_powered(own) => Verdict::Refuse(Abort::DEVICE_STATE),
             1 | -1 => Verdict::Accept,
             _ => Verdict::Refuse(Abort::INVALID_VALUE),
         }

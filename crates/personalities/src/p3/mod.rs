@@ -14,6 +14,7 @@ use canopen::{
 };
 use canopen::{Device, dictionary};
 
+use crate::own::OwnKind;
 use crate::{AxisPersonality, ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
 
 const ROWS: &[&[Row]] = &[
@@ -121,5 +122,6 @@ pub static P3: Personality = Personality {
     node_id: Some((Address::new(0x21B0, 0), OBJECTS_CONST.handle(0x21B0, 0))), // P5
     stores_single_entry: Some(Address::new(0x1010, 4)),                        // P4
     termination: None,
+    own: OwnKind::Nothing,
     host: None,
 };

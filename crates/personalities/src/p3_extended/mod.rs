@@ -13,6 +13,7 @@ mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
+use crate::own::OwnKind;
 use crate::p3;
 use crate::{AxisPersonality, ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
 
@@ -85,6 +86,7 @@ pub static P3_EXTENDED: Personality = Personality {
     node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    own: OwnKind::Nothing,
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),
