@@ -7,20 +7,11 @@ mod harness;
 mod identifiers;
 mod rules;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("EMCY", "conformance_emcy.rs", RULES);
-}
-
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]

@@ -16,21 +16,11 @@ mod objects;
 #[path = "conformance_od/values.rs"]
 mod values;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("OD", "conformance_od.rs", RULES);
-}
-
-/// One rule.
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]

@@ -15,20 +15,11 @@ mod start;
 #[path = "checks/pdo_transmit.rs"]
 mod transmit;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("PDO", "conformance_pdo.rs", RULES);
-}
-
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]

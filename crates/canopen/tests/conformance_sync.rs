@@ -9,20 +9,11 @@ mod sync;
 #[path = "checks/time.rs"]
 mod time;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("SYNC", "conformance_sync.rs", RULES);
-}
-
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]
