@@ -313,7 +313,8 @@ impl<M: NodeMemory> Node<M> {
     }
 
     /// When [`Node::poll`] must be called next; [`Instant::NEVER`] if nothing is due. May become
-    /// earlier with every call of another function.
+    /// earlier with every call of another function, [`Node::transmit`] among them: an emergency
+    /// that has left makes a poll due at once, from which its inhibit time (0x1015) counts.
     #[inline]
     pub fn next_deadline(&self) -> Instant {
         self.due
