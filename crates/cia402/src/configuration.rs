@@ -104,6 +104,9 @@ pub struct Configuration {
     /// When a velocity counts as reached, counts/s (0x606D, 0x606E in the standard); `None`: when
     /// the ramp ends.
     pub velocity_window: Option<Window>,
+    /// The window is wider by this part of the target, percent: what a measured velocity trembles by
+    /// grows with the speed.
+    pub velocity_window_percent: u8,
     /// Speed that counts as standstill, counts/s (0x606F).
     pub velocity_threshold: f32,
     /// How long the speed must exceed the threshold to count as motion, ms (0x6070).
@@ -143,6 +146,7 @@ impl Default for Configuration {
             velocity_fault: None,
             position_window: None,
             velocity_window: None,
+            velocity_window_percent: 0,
             velocity_threshold: 0.0,
             velocity_threshold_time_ms: 0,
             homing: HomingConfiguration::DEFAULT,
@@ -308,6 +312,12 @@ impl Configuration {
         } else {
             self.interpolation_period_ns
         }
+    }
+
+    /// How far an actual velocity is beyond the part of `target` that counts as reached anyway.
+    pub(crate) fn velocity_error(&self, target: f64, actual: f64) -> f64 {
+        let part = f64::from(self.velocity_window_percent) * 0.01;
+        (target - actual).abs() - part * target.abs()
     }
 
     /// Whether a measured speed counts as standstill.

@@ -18,8 +18,8 @@ pub struct Dialect {
     /// motor at once, and 5 to 8 hold the position of that moment (P3 l.185, l.841); all else frees
     /// the motor.
     pub ramps_on_stop: bool,
-    /// Controlword bit 8, halt, stops the axis in the modes 1, 3, 4 and 6, as 0x605D says. If not, the
-    /// bit has no meaning (P3 l.149).
+    /// Controlword bit 8, halt, stops the axis in the modes 1, 2, 3, 4, 6 and 7, as 0x605D says. If not,
+    /// the bit has no meaning (P3 l.149).
     pub halt_bit: bool,
     /// Statusword bit 9 exists and is 1 (P3 has none, l.150).
     pub remote_bit: bool,

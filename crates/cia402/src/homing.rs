@@ -272,9 +272,10 @@ impl HomingInputs {
 pub struct HomingConfiguration {
     /// 0x6098. Other than a [`HomingMethod`]: homing fails.
     pub method: i8,
-    /// Speed of the search for a switch or a hard stop, counts/s (0x6099,1).
+    /// Speed of the first leg: the search for a switch or a hard stop, or for the edge of a switch that
+    /// the axis stands on, counts/s (0x6099,1).
     pub switch_velocity: f32,
-    /// Speed of the search for the home point, once the switch is found, counts/s (0x6099,2).
+    /// Speed of the later legs, and of the search for the index, counts/s (0x6099,2).
     pub zero_velocity: f32,
     /// Rate of speeding up and slowing down, counts/s² (0x609A).
     pub acceleration: f32,

@@ -1,6 +1,8 @@
 //! A value that runs to its target with one rate for speeding up and one for slowing down.
 
+use crate::Demand;
 use crate::arithmetic::{least, magnitude, sign};
+use crate::path::{TICK_NS, TICK_S};
 
 /// A velocity on its way, and how it changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,6 +23,17 @@ impl Velocity {
             velocity: ramp(self.velocity, target, up, down, dt),
             acceleration: 0.0,
         }
+    }
+}
+
+/// The demand that takes a velocity from `from` to `to` in a tick, counts/s; without duration if they
+/// are the same.
+pub(crate) fn velocity_segment(from: f64, to: f64) -> Demand {
+    Demand::Velocity {
+        start: from as f32,
+        acceleration: ((to - from) / TICK_S) as f32,
+        torque_offset_pm: 0.0,
+        duration_ns: if from == to { 0 } else { TICK_NS },
     }
 }
 

@@ -54,16 +54,16 @@ impl Seen {
     /// All positions have become `offset` counts greater.
     pub fn rename(&mut self, offset: i32) {
         for latched in &mut self.latches {
-            latched.rename(offset);
+            latched.each_position(|position| position.wrapping_add(offset));
         }
     }
 }
 
 impl Latched {
-    fn rename(&mut self, offset: i32) {
-        self.rising = self.rising.wrapping_add(offset);
-        self.falling = self.falling.wrapping_add(offset);
-        self.index = self.index.wrapping_add(offset);
+    fn each_position(&mut self, name: impl Fn(i32) -> i32) {
+        self.rising = name(self.rising);
+        self.falling = name(self.falling);
+        self.index = name(self.index);
     }
 }
 
@@ -132,8 +132,12 @@ impl Captures {
         }
     }
 
-    /// The encoder's counts per turn, and the user's direction against its own, 1 or −1.
+    /// The encoder's counts per turn, and the user's direction against its own, 1 or −1. Another
+    /// direction negates what was captured, as it does the position.
     pub fn set_encoder(&mut self, counts_per_turn: i32, polarity: i32) {
+        if polarity != self.polarity {
+            self.each_position(i32::wrapping_neg);
+        }
         self.counts_per_turn = counts_per_turn;
         self.polarity = polarity;
     }
@@ -177,8 +181,17 @@ impl Captures {
 
     /// All positions have become `offset` counts greater, those captured as well.
     pub fn rename(&mut self, offset: i32) {
+        self.each_position(|position| position.wrapping_add(offset));
+    }
+
+    /// Gives every position another name, those of inputs that are still bouncing as well.
+    fn each_position(&mut self, name: impl Fn(i32) -> i32) {
         for latched in &mut self.latches {
-            latched.rename(offset);
+            latched.each_position(&name);
+        }
+        for change in &mut self.changes {
+            change.position = name(change.position);
+            change.index = change.index.map(&name);
         }
     }
 

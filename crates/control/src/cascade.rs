@@ -176,6 +176,13 @@ impl<R: Real> Cascade<R> {
         self.tracker.position()
     }
 
+    /// The encoder's reading of the last period, counts within a turn; in the place of an invalid one
+    /// that which the velocity led to.
+    #[inline]
+    pub fn encoder(&self) -> R::Count {
+        self.tracker.raw()
+    }
+
     /// One control period: what the sensors say at its start, and what the bridge shall do.
     #[inline]
     pub fn period(&mut self, sample: &Sample<R>) -> Duty<R> {

@@ -1,5 +1,6 @@
 //! The owner of a drive's objects: what a write means, and what a millisecond brings.
 
+mod own;
 mod writes;
 
 use canopen::{Changed, Image, Instant, NodeId, store};
@@ -7,6 +8,7 @@ use cia402::{Actual, Axis, Configuration, Demand, Mode, Statusword, Target, Targ
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
+use personalities::own::OwnBehaviour;
 use personalities::{Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
@@ -23,7 +25,7 @@ use crate::{Hardware, ParameterError, PwmTiming};
 
 /// Everything about the drive that is not CANopen itself.
 #[derive(Clone, Debug)]
-pub(crate) struct Application {
+pub(crate) struct Application<O> {
     personality: &'static Personality,
     hardware: Hardware,
     pub(crate) axis: Axis,
@@ -62,9 +64,11 @@ pub(crate) struct Application {
     is_stopped: bool,
     /// A program is to be started: with it the node starts over.
     pub(crate) restart: bool,
+    /// What only this drive does.
+    pub(crate) own: O,
 }
 
-impl Application {
+impl<O: OwnBehaviour> Application<O> {
     /// Reads everything from the image. Beside it: the parameters of the loops.
     ///
     /// # Errors
@@ -74,7 +78,7 @@ impl Application {
         hardware: Hardware,
         image: &Image<'_>,
         feedback: Feedback<f32>,
-    ) -> Result<(Application, Parameters<f32>), ParameterError> {
+    ) -> Result<(Application<O>, Parameters<f32>), ParameterError> {
         let (parameters, loops) =
             read_parameters(image, personality, &hardware, Direct::default())?;
         let mut application = Application {
@@ -106,6 +110,7 @@ impl Application {
             restores: false,
             is_stopped: false,
             restart: false,
+            own: O::new(personality, image),
         };
         application.configure(image);
         application.axis.initialised();
@@ -122,7 +127,7 @@ impl Application {
             self.signals.torque_off = false;
         }
         if self.signals.torque_off {
-            self.torque_lost |= self.axis.is_powered();
+            self.torque_lost |= self.is_powered();
             self.axis.torque_off();
             self.new_command |= self.axis.take_demand().is_some();
         }
@@ -212,17 +217,27 @@ impl Application {
         let targets = self.targets(image);
         let actual = self.actual();
         self.axis.tick(&self.configuration, &targets, &actual);
-        let scales = &self.hardware.scales;
+        // Homing may have renamed all positions.
+        self.take_demand();
+        let actual = self.actual();
+        // In a frame that the master turns, a current says nothing of the rotor.
+        let follows_rotor = matches!(
+            self.demand(),
+            Demand::Torque { .. } | Demand::Velocity { .. } | Demand::Position { .. }
+        );
         let phasing_error = self.phasing.tick(
-            self.feedback.current_q_a,
+            if follows_rotor {
+                self.feedback.current_q_a
+            } else {
+                0.0
+            },
             self.feedback.velocity,
             self.loops.rotor_amperes_per_acceleration,
             self.loops.continuous_a,
         );
         let seen = Observation {
             now,
-            motor_temperature_c: self.signals.motor_temperature_adc * scales.motor_temperature_k
-                + scales.motor_temperature_zero_c,
+            motor_temperature_c: self.motor_temperature_c(),
             phasing_error,
             conditions: self.axis.conditions(),
             feedback: &self.feedback,
@@ -235,6 +250,7 @@ impl Application {
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
             connection_matters: self.is_powered()
                 && self.configuration.abort_connection_option == 1,
+            own_causes: self.own.causes(),
         };
         let judgement = self.faults.judge(image, &seen);
         if judgement.frees {
@@ -244,18 +260,22 @@ impl Application {
                 .fault_reaction(&self.configuration, &targets, &actual);
         } else if judgement.connection_lost {
             // A fault it is not: that was judged with the others.
+            let before = self.axis.state();
             self.axis
                 .connection_lost(&self.configuration, &targets, &actual);
+            if self.axis.state() != before {
+                self.word.hold();
+            }
         }
         self.take_demand();
         // It is a part of the supply and moves with it.
-        self.new_command |= matches!(self.axis.demand(), Demand::PhaseVoltage { .. });
+        self.new_command |= matches!(self.demand(), Demand::PhaseVoltage { .. });
     }
 
     pub(crate) fn take_command(&mut self) -> Option<Command<f32>> {
         core::mem::take(&mut self.new_command).then(|| {
             command(
-                self.axis.demand(),
+                self.demand(),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
@@ -269,7 +289,7 @@ impl Application {
     pub(crate) fn take_limits(&mut self) -> Option<Limits<f32>> {
         core::mem::take(&mut self.new_limits).then(|| {
             limits(
-                self.axis.demand(),
+                self.demand(),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
@@ -404,14 +424,19 @@ impl Application {
 
     /// Whether the power stage is on.
     pub(crate) fn is_powered(&self) -> bool {
-        self.axis.is_powered()
+        *self.demand() != Demand::Off
+    }
+
+    /// The axis's demand, or that of the drive's own behaviour.
+    pub(crate) fn demand(&self) -> &Demand {
+        self.own.demand(0).unwrap_or_else(|| self.axis.demand())
     }
 
     fn actual(&self) -> Actual {
         let feedback = &self.feedback;
         // The demand that counts is the next period's. The position moves along with it, so that
         // their difference stays the following error of one moment.
-        let moved = match self.axis.demand() {
+        let moved = match self.demand() {
             Demand::Position { .. } => feedback
                 .next_position
                 .wrapping_sub(feedback.demand_position),
@@ -487,5 +512,6 @@ impl Application {
             }
             self.probes.publish(image, &inputs.probes, &self.seen);
         }
+        self.own.publish(image, &self.view());
     }
 }

@@ -7,6 +7,7 @@ use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
+use personalities::own::{Heard, OwnBehaviour};
 
 use crate::application::Application;
 use crate::captures::CaptureOrder;
@@ -50,18 +51,18 @@ pub fn stored_node_id(personality: &Personality, stored: &[u8]) -> Option<NodeId
 
 /// A communication half, the parameters with which the control half begins, and what was wrong with
 /// those stored.
-pub type Made<M> = (Comms<M>, Parameters<f32>, Option<store::Damage>);
+pub type Made<M, O = ()> = (Comms<M, O>, Parameters<f32>, Option<store::Damage>);
 
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
 /// what the control half needs with the `take_` functions; call [`Comms::poll`] at
-/// [`Comms::next_deadline`].
+/// [`Comms::next_deadline`]. `O` is what only this drive does; `()` is nothing.
 #[derive(Clone, Debug)]
-pub struct Comms<M> {
+pub struct Comms<M, O = ()> {
     personality: &'static Personality,
     node: Node<M>,
-    application: Application,
+    application: Application<O>,
     reset: Option<Reset>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
@@ -70,7 +71,7 @@ pub struct Comms<M> {
     next_tick: Instant,
 }
 
-impl<M: NodeMemory> Comms<M> {
+impl<M: NodeMemory, O: OwnBehaviour> Comms<M, O> {
     /// A drive that is silent until [`Comms::start`]. `stored` are the bytes last made by
     /// [`Comms::stored`], empty if there are none; `serial` its serial number. What the host knows
     /// of the reason for this start is in `health`.
@@ -89,7 +90,7 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<Made<M>, ParameterError> {
+    ) -> Result<Made<M, O>, ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -107,6 +108,7 @@ impl<M: NodeMemory> Comms<M> {
         });
         show_id(personality, &mut image, id);
         application.loaded(&image);
+        application.own = O::new(personality, &image);
         application.changed(&image, Changed::EVERYTHING);
         application.show_gains(&mut image);
         let comms = Comms {
@@ -121,10 +123,16 @@ impl<M: NodeMemory> Comms<M> {
         Ok((comms, parameters, damage))
     }
 
-    /// Boots up. Call once.
+    /// Boots up, unless the drive's own behaviour waits for something. Call once.
     pub fn start(&mut self, now: Instant) {
-        let events = self.node.start(now);
         self.next_tick = now.plus_ns(TICK_NS);
+        if !self.application.own.waits() {
+            self.boot(now);
+        }
+    }
+
+    fn boot(&mut self, now: Instant) {
+        let events = self.node.start(now);
         self.handle(events, now);
     }
 
@@ -138,6 +146,14 @@ impl<M: NodeMemory> Comms<M> {
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        if self.application.own.waits() {
+            let (id, view) = (self.node.id(), self.application.view());
+            let own = &mut self.application.own;
+            match own.hear(frame, id, &mut self.node.image(), &view) {
+                Heard::Nothing => return,
+                Heard::Boots => self.boot(now),
+            }
+        }
         let mut serving = Serving {
             application: &mut self.application,
             host,
@@ -161,6 +177,7 @@ impl<M: NodeMemory> Comms<M> {
                 _ => self.restart_in -= 1,
             }
             self.report_communication();
+            self.application.tick_own(&mut self.node.image());
             self.application.tick(&self.node.image(), now);
             self.announce(now);
             let mut serving = Serving {
@@ -192,6 +209,9 @@ impl<M: NodeMemory> Comms<M> {
     /// call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
+        if let Some(frame) = self.application.own.take_frame() {
+            return Some(frame);
+        }
         let frame = self.node.transmit(&mut Serving {
             application: &mut self.application,
             host,
@@ -261,7 +281,9 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        let request = self.application.storage_request.take()?;
+        let Some(request) = self.application.storage_request.take() else {
+            return self.application.own.take_reset().map(Request::Reset);
+        };
         Some(match self.application.restores {
             true => Request::Restore(request),
             false => Request::Store(request),
@@ -303,6 +325,7 @@ impl<M: NodeMemory> Comms<M> {
 
     /// The host has stored, or could not.
     pub fn store_done(&mut self, result: Result<(), Abort>, now: Instant) {
+        self.application.own.store_done(result.is_ok());
         self.node.complete(result, now);
     }
 

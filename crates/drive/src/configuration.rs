@@ -112,6 +112,7 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         velocity_fault: window(image, objects.velocity_fault),
         position_window: target_window(image, objects.position_window),
         velocity_window: target_window(image, objects.velocity_window),
+        velocity_window_percent: objects.velocity_window_percent,
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
         homing: axis.homing.map_or(HomingConfiguration::DEFAULT, |objects| {

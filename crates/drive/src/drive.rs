@@ -7,6 +7,7 @@ use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Command, Feedback};
 use personalities::Personality;
+use personalities::own::OwnBehaviour;
 
 use crate::{Comms, Health, Host, ParameterError, PwmTiming, Request};
 
@@ -24,9 +25,10 @@ pub struct Hardware {
 /// The host calls [`Drive::control_period`] at the control rate, [`Drive::receive`] for each frame,
 /// [`Drive::poll`] at [`Drive::next_deadline`], and after each of the last two takes frames with
 /// [`Drive::transmit`] and looks at [`Drive::take_request`].
+/// `O` is what only this drive does; `()` is nothing.
 #[derive(Clone, Debug)]
-pub struct Drive<M> {
-    comms: Comms<M>,
+pub struct Drive<M, O = ()> {
+    comms: Comms<M, O>,
     cascade: Cascade<f32>,
     captures: Captures,
     has_torque_off: bool,
@@ -36,7 +38,7 @@ pub struct Drive<M> {
     signals: Signals,
 }
 
-impl<M: NodeMemory> Drive<M> {
+impl<M: NodeMemory, O: OwnBehaviour> Drive<M, O> {
     /// See [`Comms::new`].
     ///
     /// # Errors
@@ -49,7 +51,7 @@ impl<M: NodeMemory> Drive<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
+    ) -> Result<(Drive<M, O>, Option<store::Damage>), ParameterError> {
         let (comms, parameters, damage) =
             Comms::new(personality, hardware, memory, id, serial, stored, health)?;
         let cascade = Cascade::new(&parameters);
@@ -110,8 +112,8 @@ impl<M: NodeMemory> Drive<M> {
             self.cascade.load(&Command::idle());
         }
         let duty = self.cascade.period(sample);
-        self.captures
-            .period(signals.inputs, sample.encoder, self.cascade.position());
+        let (encoder, position) = (self.cascade.encoder(), self.cascade.position());
+        self.captures.period(signals.inputs, encoder, position);
         duty
     }
 
@@ -178,7 +180,7 @@ impl<M: NodeMemory> Drive<M> {
     }
 
     /// The communication half.
-    pub fn comms(&self) -> &Comms<M> {
+    pub fn comms(&self) -> &Comms<M, O> {
         &self.comms
     }
 

@@ -72,10 +72,12 @@ pub(crate) struct Observation<'a> {
     pub(crate) active_inputs: u32,
     /// Safe torque off has taken the torque from an axis under power.
     pub(crate) torque_lost: bool,
-    /// Switches mean something to the present mode, or nothing moves.
+    /// Switches are no faults now: homing uses them, and in idle nothing moves.
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
     pub(crate) connection_matters: bool,
+    /// [`personalities::own::OwnBehaviour::causes`].
+    pub(crate) own_causes: u32,
 }
 
 /// What the errors of a millisecond ask of the axis.
@@ -277,6 +279,11 @@ impl FaultManager {
         })
     }
 
+    /// Whether a fault is latched.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.latched != 0
+    }
+
     /// Whether a warning is active.
     pub(crate) fn has_warning(&self) -> bool {
         self.active & !self.latched != 0
@@ -308,7 +315,7 @@ impl FaultManager {
         }
     }
 
-    /// Whether the cause of a row is there now. Causes that nothing senses yet never are.
+    /// Whether the cause of a row is there now.
     fn is_there(
         &mut self,
         image: &Image<'_>,
@@ -380,6 +387,7 @@ impl FaultManager {
             Cause::MotorTemperature => seen.motor_temperature_c > threshold,
             Cause::MotorPhasing => seen.phasing_error,
             Cause::TorqueOff => seen.torque_lost,
+            Cause::Own(bit) => seen.own_causes & 1u32.checked_shl(bit.into()).unwrap_or(0) != 0,
         }
     }
 }

@@ -45,6 +45,12 @@ impl Word {
         *self != before
     }
 
+    /// The axis was stopped by something else than the word: nothing but the master's next write lets
+    /// it run on.
+    pub(crate) fn hold(&mut self) {
+        self.cleared |= QUICK_STOP | ENABLE_OPERATION;
+    }
+
     /// The word for the axis.
     pub(crate) fn value(self) -> u16 {
         (self.written | self.set) & !self.cleared
@@ -131,6 +137,20 @@ pub(crate) fn show(image: &mut Image<'_>, objects: &InputObjects, active: u32, s
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_stopped_otherwise_no_input_starts_again() {
+        let mut word = Word::default();
+        word.write(0x0F, Asked::default());
+        word.hold();
+        for set in [HALT, 0, START, 0] {
+            let asked = Asked { clear: 0, set };
+            word.ask(asked);
+            assert_eq!(word.value() & (QUICK_STOP | ENABLE_OPERATION), 0);
+        }
+        word.write(0x0F, Asked::default());
+        assert_eq!(word.value(), 0x0F);
+    }
 
     #[test]
     fn what_an_input_has_cleared_the_master_must_write_anew() {

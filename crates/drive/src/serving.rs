@@ -2,18 +2,19 @@
 
 use canopen::{Abort, Address, Image, Owner, Verdict};
 use personalities::HostObjects;
+use personalities::own::OwnBehaviour;
 
 use crate::Host;
 use crate::application::Application;
 use crate::program::Action;
 
 /// The application together with the host of a call.
-pub(crate) struct Serving<'a, H> {
-    pub(crate) application: &'a mut Application,
+pub(crate) struct Serving<'a, H, O> {
+    pub(crate) application: &'a mut Application<O>,
     pub(crate) host: &'a mut H,
 }
 
-impl<H: Host> Serving<'_, H> {
+impl<H: Host, O: OwnBehaviour> Serving<'_, H, O> {
     fn objects(&self) -> Option<&'static HostObjects> {
         self.application.personality().host.as_ref()
     }
@@ -63,7 +64,7 @@ fn verdict(result: Result<(), Abort>) -> Verdict {
     }
 }
 
-impl<H: Host> Owner for Serving<'_, H> {
+impl<H: Host, O: OwnBehaviour> Owner for Serving<'_, H, O> {
     fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
         match self.objects() {
             Some(objects) if objects.program_control == object => {

@@ -17,6 +17,7 @@
 pub mod class;
 mod faults;
 mod objects;
+pub mod own;
 pub mod p3;
 pub mod p3_extended;
 mod personality;

@@ -185,6 +185,8 @@ pub struct ConfigurationObjects {
     pub position_window: TargetWindow,
     /// When a velocity counts as reached, counts/s.
     pub velocity_window: TargetWindow,
+    /// By how much of the target that window is wider, percent.
+    pub velocity_window_percent: u8,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
 }

@@ -1,5 +1,6 @@
 //! One documented drive.
 
+use crate::own::OwnKind;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
     p3, p3_extended,
@@ -46,6 +47,8 @@ pub struct Personality {
     pub inputs: Option<InputObjects>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
+    /// What only this drive does.
+    pub own: OwnKind,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
 }

@@ -7,6 +7,7 @@ use control::io::Duty;
 use control::{Feedback, Real as _};
 use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
 use personalities::Personality;
+use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
 
 use crate::controller::Controller;
@@ -79,7 +80,7 @@ impl Extremes {
     }
 }
 
-type Core = Drive<Box<[u8]>>;
+type Core = Drive<Box<[u8]>, AnyOwn>;
 
 /// What is written into the flash when its time has passed.
 #[derive(Clone, Copy, Debug)]
@@ -287,12 +288,17 @@ impl VirtualDrive {
     }
 
     /// Holds the processor up: frames that come before `until` wait in the receive FIFO. Frames alone
-    /// cannot overrun it: a frame takes at least 47 µs on the wire and at most 12 µs to handle.
-    pub fn stall_until(&mut self, until: Instant) {
-        self.stalled_until = until;
+    /// cannot overrun it: a frame takes at least 47 µs on the wire and at most 12 µs to handle. False,
+    /// and nothing is done, if it does not work.
+    pub fn stall_until(&mut self, until: Instant) -> bool {
+        if self.why_idle().is_some() {
+            return false;
+        }
+        self.stalled_until = self.stalled_until.max(until);
         if self.service_at != Instant::NEVER {
             self.service_at = self.service_at.max(until);
         }
+        true
     }
 
     fn report(&mut self, event: Health) {
@@ -303,11 +309,14 @@ impl VirtualDrive {
 
     /// When [`VirtualDrive::poll`] must be called next.
     pub(crate) fn next_poll(&self) -> Instant {
-        if self.is_lifeless() {
-            return self.next_power();
+        let mut next = self.next_power();
+        if self.is_bus_off() {
+            next = next.min(self.recovers_at());
         }
-        let mut next = self
-            .next_power()
+        if self.is_lifeless() {
+            return next;
+        }
+        next = next
             .min(self.service_at)
             .min(self.boots_at)
             .min(self.store.next_work())
@@ -318,9 +327,6 @@ impl VirtualDrive {
         if let Some((_, at)) = self.storing {
             next = next.min(at);
         }
-        if self.is_bus_off() {
-            next = next.min(self.recovers_at());
-        }
         next
     }
 
@@ -328,6 +334,15 @@ impl VirtualDrive {
     /// `notice`.
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         self.follow_power(now);
+        // A controller comes back by itself, also while the processor hangs.
+        let is_on = self.processor != Processor::Off;
+        if is_on && self.is_bus_off() && now >= self.recovers_at() {
+            let bit_ns = self.bit_rate().bit_ns();
+            if self.controller.port.protocol.rest(now, bit_ns) {
+                self.recovered();
+                notice(NoticeKind::BusOn);
+            }
+        }
         if self.is_lifeless() {
             self.switch_controller(now);
             return;
@@ -335,13 +350,6 @@ impl VirtualDrive {
         if now >= self.boots_at {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
-        }
-        if self.is_bus_off() && now >= self.recovers_at() {
-            let bit_ns = self.bit_rate().bit_ns();
-            if self.controller.port.protocol.rest(now, bit_ns) {
-                self.recovered();
-                notice(NoticeKind::BusOn);
-            }
         }
         // The core judges what it was told since its last tick.
         if self.controller.port.protocol.counters.is_passive() {
@@ -408,11 +416,11 @@ impl VirtualDrive {
     /// A controller is on while there is a program behind it.
     fn switch_controller(&mut self, now: Instant) {
         let is_on = self.core.is_some() || self.station.is_on();
-        let protocol = &mut self.controller.port.protocol;
-        if is_on && !protocol.is_on() {
-            protocol.start(now);
-        } else if !is_on && protocol.is_on() {
-            protocol.stop();
+        let port = &mut self.controller.port;
+        if is_on && !port.protocol.is_on() {
+            port.protocol.start(now);
+        } else if !is_on && port.protocol.is_on() {
+            port.stop();
         }
     }
 
@@ -490,6 +498,7 @@ impl VirtualDrive {
         self.controller.silence(false);
         self.controller.clear();
         self.service_at = Instant::NEVER;
+        self.stalled_until = Instant::ZERO;
         self.storing = None;
     }
 
@@ -560,15 +569,9 @@ impl VirtualDrive {
         let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
-                let replaced = self.store.replace(bytes);
-                if self.store.flash().has_lost_power() {
-                    notice(NoticeKind::PowerCutInSave);
-                    self.store.flash().power_on();
-                    self.store.load();
-                    self.lose_program();
-                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                let Some(replaced) = self.replace_stored(bytes, now, notice) else {
                     return;
-                }
+                };
                 replaced.map_err(|error| {
                     notice(NoticeKind::CannotStore(error));
                     Abort::HARDWARE
@@ -576,6 +579,8 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
-        core.store_done(result, now);
+        if let Some(core) = &mut self.core {
+            core.store_done(result, now);
+        }
     }
 }

@@ -44,7 +44,8 @@ impl Axis {
     }
 
     /// The connection to the master was lost: 0x6007 says what follows, if the axis is under power.
-    /// Whether it is a fault; the owner then calls [`Axis::fault_reaction`].
+    /// Whether it is a fault (code 1): then nothing follows here, and the owner calls
+    /// [`Axis::fault_reaction`], unless it judges that with its other faults already.
     pub fn connection_lost(
         &mut self,
         configuration: &Configuration,

@@ -2,8 +2,8 @@
 
 use crate::arithmetic::{magnitude, measured};
 use crate::homing::{Direction, Edge, From, Goal, Switch};
-use crate::path::{Path, TICK_NS, TICK_S};
-use crate::ramp::ramp;
+use crate::path::{Path, TICK_S};
+use crate::ramp::{ramp, velocity_segment};
 use crate::{Controlword, Demand, HomingConfiguration, HomingError, HomingMethod, Trigger};
 
 use super::{Bits, Generator, Inputs, Limited};
@@ -390,20 +390,11 @@ fn free(direction: Direction, inputs: &Inputs<'_>) -> Result<(), HomingError> {
     }
 }
 
-fn segment(from: f64, to: f64) -> Demand {
-    Demand::Velocity {
-        start: from as f32,
-        acceleration: ((to - from) / TICK_S) as f32,
-        torque_offset_pm: 0.0,
-        duration_ns: if from == to { 0 } else { TICK_NS },
-    }
-}
-
 impl Generator for Homing {
     fn begin(&self) -> Demand {
         match self.hold {
             Some((position, fraction)) => Path::hold(i64::from(position), fraction),
-            None => segment(self.velocity, self.velocity),
+            None => velocity_segment(self.velocity, self.velocity),
         }
     }
 
@@ -443,7 +434,7 @@ impl Generator for Homing {
             .deceleration(rate, configuration.deceleration)
             .value;
         let next = ramp(self.velocity, target.value, up, down, TICK_S);
-        let demand = segment(self.velocity, next);
+        let demand = velocity_segment(self.velocity, next);
         self.velocity = next;
         Some(demand)
     }

@@ -1,7 +1,7 @@
 //! Mode 3, profile velocity: the target velocity through the profile's ramps.
 
-use crate::path::{TICK_NS, TICK_S};
-use crate::ramp::Velocity;
+use crate::path::TICK_S;
+use crate::ramp::{Velocity, velocity_segment};
 use crate::windows::{Arrival, Standstill};
 use crate::{Demand, Target};
 
@@ -54,7 +54,7 @@ impl ProfileVelocity {
 
 impl Generator for ProfileVelocity {
     fn begin(&self) -> Demand {
-        segment(self.demand.velocity, self.demand.velocity)
+        velocity_segment(self.demand.velocity, self.demand.velocity)
     }
 
     /// The ramp moves with the ticks; only "target reached" falls at once.
@@ -74,7 +74,7 @@ impl Generator for ProfileVelocity {
 
         let from = self.demand.velocity;
         let ended = from == target.value && self.demand.acceleration == 0.0;
-        let error = (target.value - f64::from(inputs.actual.velocity)).abs();
+        let error = configuration.velocity_error(target.value, inputs.actual.velocity.into());
         self.take_target(inputs);
         self.bits = Bits {
             target_reached: self
@@ -97,7 +97,7 @@ impl Generator for ProfileVelocity {
             acceleration: !ended && if speeds_up { up.limited } else { down.limited },
             ..Limited::default()
         };
-        Some(segment(from, to))
+        Some(velocity_segment(from, to))
     }
 
     fn halted(&mut self, inputs: &Inputs<'_>) {
@@ -120,14 +120,5 @@ impl Generator for ProfileVelocity {
 
     fn limited(&self) -> Limited {
         self.limited
-    }
-}
-
-fn segment(from: f64, to: f64) -> Demand {
-    Demand::Velocity {
-        start: from as f32,
-        acceleration: ((to - from) / TICK_S) as f32,
-        torque_offset_pm: 0.0,
-        duration_ns: if from == to { 0 } else { TICK_NS },
     }
 }

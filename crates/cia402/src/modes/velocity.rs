@@ -2,8 +2,8 @@
 //! through a ramp function generator that the controlword opens, locks and fills.
 
 use crate::arithmetic::measured;
-use crate::path::{TICK_NS, TICK_S};
-use crate::ramp::ramp;
+use crate::path::TICK_S;
+use crate::ramp::{ramp, velocity_segment};
 use crate::windows::Arrival;
 use crate::{Controlword, Demand, Target};
 
@@ -70,7 +70,7 @@ impl Velocity {
 
 impl Generator for Velocity {
     fn begin(&self) -> Demand {
-        segment(self.velocity, self.velocity)
+        velocity_segment(self.velocity, self.velocity)
     }
 
     fn controlword(&mut self, _before: Controlword, now: Controlword, _inputs: &Inputs<'_>) {
@@ -113,7 +113,7 @@ impl Generator for Velocity {
 
         let locked = enabled && !unlocked;
         let ended = self.velocity == target.value;
-        let error = (target.value - f64::from(inputs.actual.velocity)).abs();
+        let error = configuration.velocity_error(target.value, inputs.actual.velocity.into());
         self.reached = self
             .arrival
             .tick(configuration.velocity_window, ended, error);
@@ -129,7 +129,7 @@ impl Generator for Velocity {
             acceleration: !ended && !locked && if speeds_up { up.limited } else { down.limited },
             ..Limited::default()
         };
-        let demand = segment(self.velocity, next);
+        let demand = velocity_segment(self.velocity, next);
         self.velocity = next;
         Some(demand)
     }
@@ -149,14 +149,5 @@ impl Generator for Velocity {
 
     fn limited(&self) -> Limited {
         self.limited
-    }
-}
-
-fn segment(from: f64, to: f64) -> Demand {
-    Demand::Velocity {
-        start: from as f32,
-        acceleration: ((to - from) / TICK_S) as f32,
-        torque_offset_pm: 0.0,
-        duration_ns: if from == to { 0 } else { TICK_NS },
     }
 }

@@ -100,7 +100,7 @@ pub(crate) const TABLE: [Uses; 12] = [
             Row {
                 bit: 10,
                 name: "target reached (reserved in the standard)",
-                set: "the ramp has come to the target, or to zero if bits 4 or 6 say so, and the velocity is within 10 rpm of it; halted: the axis stands",
+                set: "the ramp has come to the target, or to zero if bits 4 or 6 say so, and the velocity is within 10 rpm and 2 % of it; halted: the axis stands",
                 cleared: "the target or one of the bits 4, 5, 6 changes; the velocity leaves the window; a halt begins or ends",
                 check: speed::vl_reached,
             },
@@ -119,7 +119,7 @@ pub(crate) const TABLE: [Uses; 12] = [
             Row {
                 bit: 10,
                 name: "target reached",
-                set: "the ramp has come to the target and the velocity is within 10 rpm of it; halted: the axis stands",
+                set: "the ramp has come to the target and the velocity is within 10 rpm and 2 % of it; halted: the axis stands",
                 cleared: "the target changes; the velocity leaves the window; a halt begins or ends",
                 check: speed::velocity_reached,
             },

@@ -2,24 +2,26 @@
 
 use canopen::{Abort, Address, Image, NodeId, Verdict, store};
 use cia402::{Demand, HomingMethod, ModeRefused};
+use personalities::own::OwnBehaviour;
 
 use super::Application;
 use crate::configuration::JERK_LIMITED;
 use crate::gains::{GainWrite, stored_together};
 use crate::probes;
 
-impl Application {
+impl<O: OwnBehaviour> Application<O> {
     /// What a write to an object that asks means.
     pub(crate) fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
+        if let Some(verdict) = self.write_own(image, object, new) {
+            return verdict;
+        }
         let mut raw = [0; 4];
         for (place, byte) in raw.iter_mut().zip(new) {
             *place = *byte;
         }
         let raw = u32::from_le_bytes(raw);
         if self.personality.presets_position == Some(object) {
-            let shift = (raw as i32).wrapping_sub(self.feedback.position);
-            self.axis.preset_position(shift);
-            self.rename(shift);
+            self.preset_position(raw as i32);
             return Verdict::Done;
         }
         if self
@@ -51,7 +53,7 @@ impl Application {
         if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
             || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
         {
-            return match self.axis.demand() {
+            return match self.demand() {
                 Demand::PhaseVoltage { .. } => Verdict::Accept,
                 _ => Verdict::Refuse(Abort::DEVICE_STATE),
             };
@@ -70,7 +72,7 @@ impl Application {
             (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
             // P48: an angle only where one is used.
             (0xEA, 0) => {
-                return match self.axis.demand() {
+                return match self.demand() {
                     Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
                     _ => Verdict::Refuse(Abort::DEVICE_STATE),
                 };
@@ -92,7 +94,14 @@ impl Application {
         }
     }
 
-    fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
+    /// The actual position gets another name, counts.
+    pub(super) fn preset_position(&mut self, position: i32) {
+        let shift = position.wrapping_sub(self.feedback.position);
+        self.axis.preset_position(shift);
+        self.rename(shift);
+    }
+
+    pub(super) fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
         if self.is_stopped {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
@@ -120,7 +129,7 @@ impl Application {
         self.take_demand();
     }
 
-    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
+    pub(super) fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
         let targets = self.targets(image);
         let actual = self.actual();
         let result = self

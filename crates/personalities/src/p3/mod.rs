@@ -14,6 +14,7 @@ use canopen::{
 };
 use canopen::{Device, dictionary};
 
+use crate::own::OwnKind;
 use crate::{ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
 
 const ROWS: &[&[Row]] = &[
@@ -119,5 +120,6 @@ pub static P3: Personality = Personality {
     presets_position: Some(Address::new(0x6064, 0)),                           // P25
     inputs: None,
     termination: None,
+    own: OwnKind::Nothing,
     host: None,
 };

@@ -13,6 +13,7 @@ mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
+use crate::own::OwnKind;
 use crate::p3;
 use crate::{ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
 
@@ -83,6 +84,7 @@ pub static P3_EXTENDED: Personality = Personality {
     presets_position: Some(Address::new(0x6064, 0)),
     inputs: Some(inputs::objects(&OBJECTS_CONST)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    own: OwnKind::Nothing,
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),

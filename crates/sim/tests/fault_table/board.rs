@@ -137,3 +137,29 @@ fn every_short_circuit_opens_the_bridge_by_itself() {
         assert_eq!(master.state(1), FAULT, "{short:?}");
     }
 }
+
+#[test]
+fn an_index_is_none_where_the_encoder_did_not_answer() {
+    let mut master = one(&P3_EXTENDED);
+    // A missing answer is no fault here, and reads as the index itself.
+    master.write(1, 0x2410, 3, &[0]);
+    master.write(1, 0x6098, 0, &[34]);
+    enable(&mut master, 6);
+    master.write_u16(1, 0x6040, 0, 0x1F);
+    for _ in 0..400 {
+        let plant = master.drive(1).plant();
+        plant.set_encoder_fault(EncoderFault::NoAnswer);
+        master.run_us(50);
+        master
+            .drive(1)
+            .plant()
+            .set_encoder_fault(EncoderFault::None);
+        master.run_us(2_450);
+    }
+    master.run_ms(2_000);
+    assert_eq!(master.status(1) & 0x3400, 0x1400, "homing done");
+    // The home point is the index: position and reading within a turn count from the same place.
+    let raw = i32::from(master.read_i16(1, 0x3012, 1));
+    let away = (master.position(1) - raw).rem_euclid(4096);
+    assert!(away <= 2 || away >= 4094, "{away}");
+}

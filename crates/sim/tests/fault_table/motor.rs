@@ -78,3 +78,18 @@ fn p3() {
 fn p3_extended() {
     prove_all(&P3_EXTENDED, ROWS);
 }
+
+#[test]
+fn a_rotor_that_swings_to_a_given_field_does_not_run_away() {
+    let mut master = one(&P3_EXTENDED);
+    master.write(1, 0x2410, 5, &[1]);
+    enable(&mut master, 11);
+    master.write_i16(1, 0x6071, 0, 300);
+    master.log.clear();
+    for angle in [0, 0x4000, 0x7FFF, -0x4000, 0, 0x6000, -0x6000] {
+        master.write_i16(1, 0x60EA, 0, angle);
+        master.run_ms(300);
+    }
+    assert!(master.emergency_codes(1).is_empty());
+    assert_eq!(master.state(1), OPERATION_ENABLED);
+}
