@@ -210,7 +210,7 @@ impl AnyOwn {
 }
 
 impl OwnBehaviour for AnyOwn {
-    fn new(personality: &'static Personality, image: &Image<'_>) -> AnyOwn {
+    fn new(personality: &'static Personality, _: &Image<'_>) -> AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
         }
