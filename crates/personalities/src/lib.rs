@@ -30,4 +30,4 @@ pub use objects::{
     InputObjects, LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects,
     TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, HostObjects, Personality, by_name};
+pub use personality::{ALL, AxisPersonality, HostObjects, Personality, by_name};

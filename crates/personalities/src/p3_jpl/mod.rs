@@ -18,7 +18,7 @@ use canopen::{
 
 use crate::own::OwnKind;
 use crate::p3;
-use crate::{ErrorRules, Personality};
+use crate::{AxisPersonality, ErrorRules, Personality};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -76,9 +76,13 @@ pub static P3_JPL: Personality = Personality {
     device: Device::new(&OBJECTS, CANOPEN),
     bit_rates: &[BitRate::Mbit1], // as the P3 of 2019
     cia402: CIA402,
-    axis: axis::axis(&OBJECTS_CONST),
-    motor: motor::motor(&OBJECTS_CONST),
-    amplifier: motor::amplifier(),
+    axes: &[AxisPersonality {
+        objects: axis::axis(&OBJECTS_CONST),
+        motor: motor::motor(&OBJECTS_CONST),
+        amplifier: motor::amplifier(),
+        presets_position: Some(Address::new(0x3F63, 0)), // J11
+        inputs: None,
+    }],
     faults: &faults::TABLE,
     errors: ErrorRules {
         bus_off_leaves_state: false,
@@ -91,8 +95,6 @@ pub static P3_JPL: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     node_id: None,
     stores_single_entry: None,
-    presets_position: Some(Address::new(0x3F63, 0)), // J11
-    inputs: None,
     termination: None,
     own: OwnKind::Nothing,
     host: None,
