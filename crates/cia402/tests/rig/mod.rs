@@ -205,7 +205,10 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
+            Demand::Off
+            | Demand::Idle
+            | Demand::PhaseVoltage { .. }
+            | Demand::RotorVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
