@@ -21,6 +21,8 @@ pub mod own;
 pub mod p3;
 pub mod p3_extended;
 mod personality;
+pub mod roboteq;
+pub mod serial;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
