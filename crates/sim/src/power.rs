@@ -39,7 +39,7 @@ impl VirtualDrive {
     pub(crate) fn why_idle(&self) -> Option<&'static str> {
         match self.processor {
             // It may have lost its supply at this very moment.
-            _ if !self.plant.logic_powered() => Some("has no supply"),
+            _ if !self.plants[0].logic_powered() => Some("has no supply"),
             Processor::Off => Some("has no supply"),
             Processor::Hung { .. } => Some("hangs already"),
             Processor::Alive if self.is_booting() => Some("boots"),
@@ -60,7 +60,7 @@ impl VirtualDrive {
 
     /// When the state of the processor must be looked at next.
     pub(crate) fn next_power(&self) -> Instant {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) | (Processor::Alive | Processor::Hung { .. }, false) => {
                 Instant::ZERO
             }
@@ -71,7 +71,7 @@ impl VirtualDrive {
 
     /// Follows the logic supply and the watchdog.
     pub(crate) fn follow_power(&mut self, now: Instant) {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) => {
                 self.processor = Processor::Alive;
                 self.boots_at = now.plus_ns(self.latency.boot_ns());
