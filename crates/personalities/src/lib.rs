@@ -23,6 +23,7 @@ pub mod p3_extended;
 pub mod p3_jpl;
 mod personality;
 pub mod roboteq;
+pub mod serial;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{

@@ -2,7 +2,7 @@
 
 use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u8, u16, u32};
-use canopen::{Address, Dictionary, Row};
+use canopen::{Dictionary, Row};
 use cia402::{Mode, ModeSet};
 
 use super::motor::{self, MOTOR};
@@ -105,16 +105,16 @@ pub(super) const fn rows(n: u8) -> [Row; ROWS] {
         feedback(i32(0x2114, channel, "Closed loop error (E)")),
         feedback(u16(0x2122, channel, "Motor status flags (FM)")),
         // What a serial line sets with ^, in our numbers.
-        configuration(u8(0x3010, channel, "Operating mode at the start (^MMOD)").range(0, 6), n),
-        configuration(u32(0x3011, channel, "Default acceleration (^MAC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
-        configuration(u32(0x3012, channel, "Default deceleration (^MDEC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
-        configuration(u32(0x3013, channel, "Default position velocity (^MVEL)").unit("RPM").range(0, 30_000).default(1000), n),
-        configuration(u32(0x3014, channel, "Fault deceleration (^EDEC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
-        configuration(u16(0x3015, channel, "Speed at a command of 1000 (^MXRPM)").unit("RPM").range(10, 65_000).default(3000), n),
-        configuration(u16(0x3016, channel, "Current limit (^ALIM)").unit("0.1A").range(1, 40).default(30), n),
-        configuration(i32(0x3017, channel, "Position at a command of -1000 (^ELL)").unit("cts").default(-20_000), n),
-        configuration(i32(0x3018, channel, "Position at a command of 1000 (^EHL)").unit("cts").default(20_000), n),
-        configuration(u8(0x3019, channel, "Closed loop error detection (^CLERD)").range(0, 3).default(2), n),
+        configuration(u8(0x3027, channel, "Operating mode at the start (^MMOD)").range(0, 6), n),
+        configuration(u32(0x3033, channel, "Default acceleration (^MAC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
+        configuration(u32(0x3034, channel, "Default deceleration (^MDEC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
+        configuration(u32(0x3035, channel, "Default position velocity (^MVEL)").unit("RPM").range(0, 30_000).default(1000), n),
+        configuration(u32(0x30F0, channel, "Fault deceleration (^EDEC)").unit("0.1RPM/s").range(0, 500_000).default(RATE), n),
+        configuration(u16(0x3036, channel, "Speed at a command of 1000 (^MXRPM)").unit("RPM").range(10, 65_000).default(3000), n),
+        configuration(u16(0x302A, channel, "Current limit (^ALIM)").unit("0.1A").range(1, 40).default(30), n),
+        configuration(i32(0x30F2, channel, "Position at a command of -1000 (^ELL)").unit("cts").default(-20_000), n),
+        configuration(i32(0x30F3, channel, "Position at a command of 1000 (^EHL)").unit("cts").default(20_000), n),
+        configuration(u8(0x3038, channel, "Closed loop error detection (^CLERD)").range(0, 3).default(2), n),
     ]
 }
 
@@ -138,7 +138,7 @@ pub(super) const fn channel<const N: usize>(objects: &Dictionary<N>, n: u8) -> A
 
 const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
     let base = base(n);
-    let current_limit = scaled(objects, 0x3016, n + 1, PER_TENTH_AMPERE);
+    let current_limit = scaled(objects, 0x302A, n + 1, PER_TENTH_AMPERE);
     AxisObjects {
         base,
         statusword: Some(objects.handle(base + 0x41, 0)),
@@ -181,7 +181,7 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
             profile_velocity: scaled(objects, base + 0x81, 0, PER_RPM),
             acceleration: scaled(objects, base + 0x83, 0, PER_RATE),
             deceleration: scaled(objects, base + 0x84, 0, PER_RATE),
-            quick_stop_deceleration: Some(scaled(objects, 0x3014, n + 1, PER_RATE)),
+            quick_stop_deceleration: Some(scaled(objects, 0x30F0, n + 1, PER_RATE)),
             max_velocity: [None, None],
             max_motor_velocity: None,
             max_acceleration: None,
@@ -219,9 +219,4 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
         rated_torque_nm: Figure::Fixed(motor::RATED_A * motor::TORQUE_CONSTANT),
         polarity: None,
     }
-}
-
-/// The object of a channel's command or query that has a window in 0x6000.
-pub(super) const fn in_window(n: u8, offset: u16, sub: u8) -> Address {
-    Address::new(base(n) + offset, sub)
 }

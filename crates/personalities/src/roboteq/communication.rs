@@ -47,10 +47,10 @@ pub(super) const ROWS: &[Row] = &[
     u16(0x2111, 0, "Status flags (FS)").tpdo().live(),
     u16(0x2112, 0, "Fault flags (FF)").tpdo().live(),
     // What a serial line sets with ^. The document has no access to it by CAN; these numbers are ours.
-    u8(0x3000, 0, "State machine is active (^FSA)").rw().range(0, 1).store(Application),
-    u16(0x3001, 1, "Overvoltage limit (^OVL)").rw().unit("0.1V").range(100, 650).default(500).store(Application),
-    u16(0x3001, 2, "Undervoltage limit (^UVL)").rw().unit("0.1V").range(50, 650).default(100).store(Application),
-    u16(0x3001, 3, "Overtemperature limit (^OTL)").rw().unit("degC").range(40, 125).default(85).store(Application),
+    u8(0x30F1, 0, "State machine is active (^FSA)").rw().range(0, 1).store(Application),
+    u16(0x30F4, 1, "Overvoltage limit (^OVL)").rw().unit("0.1V").range(100, 650).default(500).store(Application),
+    u16(0x30F4, 2, "Undervoltage limit (^UVL)").rw().unit("0.1V").range(50, 650).default(100).store(Application),
+    u16(0x30F4, 3, "Overtemperature limit (^OTL)").rw().unit("degC").range(40, 125).default(85).store(Application),
 ];
 
 /// COB-IDs of TPDOs: bit 30, no remote requests, stays set.

@@ -7,7 +7,7 @@
 //! sheet that the maker gives to everybody.
 
 mod axis;
-pub mod commands;
+pub mod command_line;
 mod communication;
 mod faults;
 mod motor;

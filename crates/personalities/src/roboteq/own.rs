@@ -106,16 +106,16 @@ impl Fields {
             feedback: own(0x2110)?,
             loop_error: own(0x2114)?,
             flags: own(0x2122)?,
-            start_mode: own(0x3010)?,
-            max_acceleration: own(0x3011)?,
-            max_deceleration: own(0x3012)?,
-            max_velocity: own(0x3013)?,
-            fault_deceleration: own(0x3014)?,
-            max_rpm: own(0x3015)?,
-            current_limit: own(0x3016)?,
-            low: own(0x3017)?,
-            high: own(0x3018)?,
-            detection: own(0x3019)?,
+            start_mode: own(0x3027)?,
+            max_acceleration: own(0x3033)?,
+            max_deceleration: own(0x3034)?,
+            max_velocity: own(0x3035)?,
+            fault_deceleration: own(0x30F0)?,
+            max_rpm: own(0x3036)?,
+            current_limit: own(0x302A)?,
+            low: own(0x30F2)?,
+            high: own(0x30F3)?,
+            detection: own(0x3038)?,
         })
     }
 }
@@ -563,8 +563,8 @@ impl OwnBehaviour for Roboteq {
             ..Channel::default()
         };
         Roboteq {
-            machine: field(&table, 0x3000, 0),
-            limits: [1, 2, 3].map(|sub| field(&table, 0x3001, sub)),
+            machine: field(&table, 0x30F1, 0),
+            limits: [1, 2, 3].map(|sub| field(&table, 0x30F4, sub)),
             status_flags: field(&table, 0x2111, 0),
             fault_flags: field(&table, 0x2112, 0),
             processor_temperature: field(&table, 0x210F, 1),
@@ -580,7 +580,7 @@ impl OwnBehaviour for Roboteq {
 
     fn axis_of(&self, object: Address) -> u8 {
         match object.index {
-            0x2000..=0x2004 | 0x2006 | 0x2007 | 0x3010..=0x3019 => object.sub.saturating_sub(1),
+            0x2000..=0x2004 | 0x2006 | 0x2007 => object.sub.saturating_sub(1),
             index => (index.saturating_sub(0x6000) / 0x800) as u8,
         }
     }
