@@ -299,6 +299,9 @@ impl AxisPart {
             }
         }
         self.take_demand();
+        let integrates = common.own.integrates_velocity(self.number);
+        self.new_command |=
+            integrates && matches!(self.demand(common.own), Demand::Velocity { .. });
         // It is a part of the supply and moves with it.
         self.new_command |= matches!(
             self.demand(common.own),

@@ -11,8 +11,6 @@ use crate::{AmplifierObjects, Figure, GainObjects, LoopObjects, MotorObjects};
 
 /// Encoder counts of a turn.
 pub(super) const COUNTS: f32 = 4096.0;
-/// Encoder reading with the rotor under phase A, counts.
-pub(super) const ZERO: i64 = 0x0DF8;
 /// Continuous current, A of phase amplitude: 5.53 Ncm over the torque constant.
 pub(super) const RATED_A: f32 = 1.2;
 /// Nm per A of phase amplitude: 50.9 mNm/A for block commutation make 46.2 for sinusoidal.
@@ -20,7 +18,7 @@ pub(super) const TORQUE_CONSTANT: f32 = 0.046_2;
 
 /// What the controllers know of it.
 pub(super) const MOTOR: MotorObjects = MotorObjects {
-    electrical_zero: Figure::Fixed(ZERO as f32),
+    electrical_zero: Figure::Fixed(0.0),
     electrical_polarity: Figure::Fixed(1.0),
     electrical_polarity_at: None,
     poles: Figure::Fixed(16.0),
