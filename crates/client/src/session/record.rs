@@ -28,6 +28,25 @@ struct Before {
     entries: Vec<u32>,
 }
 
+impl Before {
+    /// What brings it back: objects, numbers, and their bytes.
+    fn writes(&self) -> Vec<(Address, u32, usize)> {
+        let parameter = |sub| Address::new(self.parameter, sub);
+        let mapping = |sub| Address::new(self.parameter + 0x200, sub);
+        let mut writes = vec![
+            (parameter(1), self.cob_id | 1 << 31, 4),
+            (mapping(0), 0, 1),
+            (parameter(2), u32::from(self.transmission), 1),
+        ];
+        for (sub, entry) in (1..).zip(&self.entries) {
+            writes.push((mapping(sub), *entry, 4));
+        }
+        writes.push((mapping(0), self.entries.len() as u32, 1));
+        writes.push((parameter(1), self.cob_id, 4));
+        writes
+    }
+}
+
 /// What one SYNC gave.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sample {
@@ -140,38 +159,23 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         }
     }
 
-    /// Gives the PDOs back as they were.
+    /// Gives the PDOs back as they were. If that fails, the next call does it once more.
     pub(crate) async fn stop_recording(&mut self) -> Result<(), Cause> {
-        let Some(recorder) = self.recorder.take() else {
+        let Some(recorder) = &self.recorder else {
             return Ok(());
         };
-        for before in &recorder.before {
-            let mapping = before.parameter + 0x200;
-            let off = before.cob_id | 1 << 31;
-            let mut writes = vec![
-                (Address::new(before.parameter, 1), off, 4),
-                (Address::new(mapping, 0), 0, 1),
-                (
-                    Address::new(before.parameter, 2),
-                    u32::from(before.transmission),
-                    1,
-                ),
-            ];
-            for (sub, entry) in (1..).zip(&before.entries) {
-                writes.push((Address::new(mapping, sub), *entry, 4));
-            }
-            writes.push((Address::new(mapping, 0), before.entries.len() as u32, 1));
-            writes.push((Address::new(before.parameter, 1), before.cob_id, 4));
-            for (object, number, bytes) in writes {
-                let data = Data::sized(&number.to_le_bytes()[..bytes]).unwrap_or(Data::EMPTY);
-                self.client.download(self.node, object, data).await?;
-            }
+        let was_started = recorder.was_started;
+        let writes: Vec<_> = recorder.before.iter().flat_map(Before::writes).collect();
+        for (object, number, bytes) in writes {
+            let data = Data::sized(&number.to_le_bytes()[..bytes]).unwrap_or(Data::EMPTY);
+            self.client.download(self.node, object, data).await?;
         }
-        if recorder.was_started {
+        if was_started {
             self.client
                 .nmt(Command::EnterPreOperational, Some(self.node))
                 .await?;
         }
+        self.recorder = None;
         Ok(())
     }
 
