@@ -304,7 +304,7 @@ impl Rig {
                 self.actual.electrical_angle = angle;
                 self.actual.torque_pm = 0.0;
             }
-            Demand::Off | Demand::Idle => {
+            Demand::Off | Demand::Idle | Demand::RotorVoltage { .. } => {
                 self.actual.torque_pm = 0.0;
             }
         }

@@ -111,6 +111,7 @@ const COMMON: Personality = Personality {
     error_code: None,
     status_register: None,
     serial_number: ONE.optional(0x1018, 4),
+    serial: Some(&command_line::SERIAL),
     node_id: None,
     stores_single_entry: None,
     termination: None,

@@ -10,7 +10,7 @@ use personalities::Personality;
 use personalities::p3::P3;
 
 use super::{Arguments, store_message};
-use crate::{Failure, scenario_file, time_span};
+use crate::{Failure, drive_kind, scenario_file, time_span};
 
 /// The drives that there are unless somebody says.
 const USUAL_NODES: [u8; 3] = [1, 2, 3];
@@ -43,10 +43,14 @@ impl Plan {
             .nodes
             .as_ref()
             .map(|nodes| nodes.places().collect());
+        let drive = arguments
+            .drive
+            .map(|drive| drive_kind::with_channels(drive, arguments.channels))
+            .transpose()?;
         Ok(Plan::new(
             scenario,
             places,
-            arguments.drive,
+            drive,
             arguments.bit_rate,
             arguments.seed,
             end,
