@@ -101,5 +101,6 @@ pub static P3_JPL: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     own: OwnKind::P3Jpl,
+    serial: None,
     host: None,
 };
