@@ -1,6 +1,7 @@
 //! One documented drive.
 
 use crate::own::OwnKind;
+use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
     p3, p3_extended, p3_jpl,
@@ -41,6 +42,8 @@ pub struct Personality {
     pub termination: Option<canopen::Handle<u8>>,
     /// What only this drive does.
     pub own: OwnKind,
+    /// Its serial command line, if it has one.
+    pub serial: Option<&'static SerialPort>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
 }

@@ -126,5 +126,6 @@ pub static P3: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)),                        // P4
     termination: None,
     own: OwnKind::Nothing,
+    serial: None,
     host: None,
 };

@@ -5,10 +5,14 @@
 //! amplifier are those of the P3 of 2019.
 
 mod axis;
+mod barrett_can;
+mod behaviour;
 mod communication;
 mod faults;
 mod motor;
 pub mod properties;
+
+pub use behaviour::Behaviour;
 
 use can::BitRate;
 use canopen::{
@@ -96,6 +100,7 @@ pub static P3_JPL: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
-    own: OwnKind::Nothing,
+    own: OwnKind::P3Jpl,
+    serial: None,
     host: None,
 };
