@@ -36,7 +36,9 @@ fn channels_choose_the_controller() {
         let by_number = printed(&["eds", "roboteq", "--channels", channels], 0);
         assert_eq!(by_number, printed(&["eds", name], 0));
         let words = ["sim", "--drive", "roboteq", "--channels", channels];
-        let rest = ["--nodes", "4", "--bus", "none", "--for", "100ms", "--speed", "max"];
+        let rest = [
+            "--nodes", "4", "--bus", "none", "--for", "100ms", "--speed", "max",
+        ];
         let ready = printed(&[words.as_slice(), &rest].concat(), 0);
         let expected = format!("ready: 1 virtual {name} drive, node 4");
         assert!(ready.contains(&expected), "{ready}");
