@@ -13,7 +13,7 @@ use personalities::{Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{max_motor_velocity, read_configuration, read_targets};
 use crate::faults::{FaultManager, Observation};
 use crate::gains::Direct;
 use crate::inputs::{self, Asked, Word, analog_target};
@@ -344,7 +344,7 @@ impl<O: OwnBehaviour> Application<O> {
     fn configure(&mut self, image: &Image<'_>) {
         let objects = &self.personality.axis;
         self.configuration = self.read_configuration(image);
-        self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
+        self.max_motor_velocity = max_motor_velocity(image, objects);
         self.new_limits = true;
         self.new_captures.add(News::INVERTED);
     }

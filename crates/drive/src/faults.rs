@@ -204,7 +204,7 @@ impl FaultManager {
                 self.active |= mask;
                 self.raised |= mask;
                 judgement.connection_lost |= is_connection;
-                if row.kind == Kind::Fault || matters {
+                if row.kind != Kind::Warning || matters {
                     self.latched |= mask;
                     judgement.is_fault = true;
                     judgement.frees |= !row.cause.leaves_control();
@@ -223,11 +223,18 @@ impl FaultManager {
         judgement
     }
 
-    /// A fault reset: every latched fault ends. Those whose cause persists come again with the
-    /// next [`FaultManager::judge`].
+    /// A fault reset: every latched fault ends that is not critical. Those whose cause persists come
+    /// again with the next [`FaultManager::judge`].
     pub(crate) fn reset(&mut self) {
-        self.active &= !self.latched;
-        self.cleared |= core::mem::take(&mut self.latched);
+        let table = self.personality.faults;
+        let critical = (0u32..64)
+            .zip(table)
+            .filter(|(_, row)| row.kind == Kind::Critical)
+            .fold(0, |bits, (bit, _)| bits | 1 << bit);
+        let ended = self.latched & !critical;
+        self.active &= !ended;
+        self.latched &= critical;
+        self.cleared |= ended;
     }
 
     /// The next change to announce, ended errors first.

@@ -5,10 +5,10 @@ use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
 use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage};
-use personalities::{LoopObjects, Personality};
+use personalities::{LoopObjects, MotorObjects, Personality, Scaled};
 
 use crate::Hardware;
-use crate::configuration::{limit, value};
+use crate::configuration::{gear, limit, max_motor_velocity, value};
 use crate::gains::{Direct, Figures};
 
 /// A set of parameters from which no controller can be made. The drive announces it as a parameter
@@ -85,9 +85,23 @@ pub(crate) struct LoopParameters {
 pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
     let motor = &personality.motor;
     Figures {
-        inertia_kg_m2: value(image, motor.rotor_inertia),
-        torque_constant_nm_per_a: value(image, motor.torque_constant),
+        inertia_kg_m2: motor
+            .rotor_inertia
+            .map_or(0.0, |object| value(image, object)),
+        torque_constant_nm_per_a: figure(image, motor, motor.torque_constant),
         counts_per_turn: image.real(motor.encoder_resolution),
+        gear: gear(image, &personality.axis),
+    }
+}
+
+/// A figure, and for one that was not set yet anything from which controllers can be made: they get
+/// no current.
+fn figure(image: &Image<'_>, motor: &MotorObjects, object: Scaled) -> f32 {
+    let read = value(image, object);
+    if motor.may_be_unset && !(read > 0.0 && read.is_finite()) {
+        1.0
+    } else {
+        read
     }
 }
 
@@ -103,9 +117,10 @@ pub(crate) fn read_parameters(
 ) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
     let motor = &personality.motor;
     let amplifier = &personality.amplifier;
-    let poles = image.number(motor.poles);
+    let poles = value(image, motor.poles) as i64;
     let pole_pairs = match poles {
         2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
+        0 if motor.may_be_unset => 1,
         _ => return Err(ParameterError::Poles(poles)),
     };
     let resolution = image.number(motor.encoder_resolution);
@@ -127,36 +142,44 @@ pub(crate) fn read_parameters(
         _ => return Err(ParameterError::PwmFrequency(frequency)),
     };
     // The objects are terminal to terminal, two phases in series.
-    let resistance = 0.5 * value(image, motor.terminal_resistance);
-    let inductance = 0.5 * value(image, motor.terminal_inductance);
-    let inertia = value(image, motor.rotor_inertia);
-    let torque_constant = value(image, motor.torque_constant);
-    let counts = counts_per_turn as f32;
+    let resistance = 0.5 * figure(image, motor, motor.terminal_resistance);
+    let inductance = 0.5 * figure(image, motor, motor.terminal_inductance);
+    let is_set_up = !motor.may_be_unset
+        || [
+            motor.poles,
+            motor.terminal_resistance,
+            motor.terminal_inductance,
+            motor.torque_constant,
+        ]
+        .into_iter()
+        .all(|object| value(image, object) > 0.0);
 
     let current = |objects: &LoopObjects| {
-        let (bandwidth, damping) = (
-            value(image, objects.bandwidth),
-            value(image, objects.damping),
-        );
-        // The manual speaks of bandwidth and damping; only this rule has a damping.
-        tuning::current(
-            Rule::SecondOrder,
-            bandwidth,
-            damping,
-            resistance,
-            inductance,
-        )
+        let bandwidth = figure(image, motor, objects.bandwidth);
+        // A manual that speaks of bandwidth and damping means this rule: no other has a damping.
+        let (rule, damping) = match objects.damping {
+            Some(damping) => (Rule::SecondOrder, value(image, damping)),
+            None => (Rule::PoleZero, 1.0),
+        };
+        tuning::current(rule, bandwidth, damping, resistance, inductance)
     };
     let gains = &amplifier.gains;
     let figures = figures(image, personality);
     let velocity = direct.velocity(image, &gains.velocity, &figures)?;
-    let position = direct.position(image, &gains.position)?;
+    let position = direct.position(image, &gains.position, &figures)?;
 
     let least = |a: f32, b: Option<f32>| match b {
         Some(b) if b < a => b,
         _ => a,
     };
-    let amplifier_a = value(image, amplifier.max_current);
+    let rated = amplifier.max_of_rated_current.map(|(share, rated)| {
+        let part = value(image, share);
+        part * value(image, rated)
+    });
+    let amplifier_a = match is_set_up {
+        true => least(value(image, amplifier.max_current), rated),
+        false => 0.0,
+    };
     let continuous_a = least(
         value(image, motor.continuous_current),
         limit(image, motor.user_continuous_current),
@@ -175,7 +198,7 @@ pub(crate) fn read_parameters(
         motor: Motor {
             phase_resistance_ohm: resistance,
             phase_inductance_h: inductance,
-            torque_constant_nm_per_a: torque_constant,
+            torque_constant_nm_per_a: figures.torque_constant_nm_per_a,
             pole_pairs,
         },
         encoder: EncoderSettings {
@@ -201,15 +224,13 @@ pub(crate) fn read_parameters(
             emf_feed_forward: 1.0,
             velocity: velocity.pi,
             velocity_derivative: velocity.kd,
-            velocity_integral_limit_a: amplifier_a,
+            velocity_integral_limit_a: velocity.integral_limit.unwrap_or(amplifier_a),
             speed_limit: velocity.pi.kp,
             position: position.pi,
             position_derivative: position.kd,
-            position_integral_limit: limit(
-                image,
-                personality.axis.configuration.max_motor_velocity,
-            )
-            .unwrap_or(f32::MAX),
+            position_integral_limit: position
+                .integral_limit
+                .unwrap_or(max_motor_velocity(image, &personality.axis).unwrap_or(f32::MAX)),
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,
@@ -219,13 +240,24 @@ pub(crate) fn read_parameters(
             peak_time_s,
         },
     };
-    let amperes_per_pm = rated_torque / torque_constant * 1e-3;
-    let rotor_amperes_per_acceleration =
-        tuning::acceleration_current(inertia, torque_constant, counts)?;
+    // At the output.
+    let torque_per_ampere = figures.torque_constant_nm_per_a / figures.gear;
+    let amperes_per_pm = rated_torque / torque_per_ampere * 1e-3;
+    let rotor_amperes_per_acceleration = match motor.rotor_inertia {
+        Some(_) => tuning::acceleration_current(
+            figures.inertia_kg_m2,
+            figures.torque_constant_nm_per_a,
+            figures.counts_per_turn,
+        )?,
+        None => 0.0,
+    };
     let loops = LoopParameters {
         timing,
         amperes_per_pm,
-        pm_per_ampere: torque_constant / rated_torque * 1e3,
+        pm_per_ampere: match motor.may_be_unset && rated_torque <= 0.0 {
+            true => 0.0,
+            false => torque_per_ampere / rated_torque * 1e3,
+        },
         amperes_per_acceleration: gains.acceleration_feed_forward * rotor_amperes_per_acceleration,
         rotor_amperes_per_acceleration,
         continuous_a,

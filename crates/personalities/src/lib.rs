@@ -16,6 +16,7 @@
 
 pub mod class;
 mod faults;
+pub mod md80;
 mod objects;
 pub mod own;
 pub mod p3;
@@ -26,7 +27,7 @@ pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyR
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, DirectGainObjects,
     FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects,
-    LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow,
-    VlObjects, WindowObjects,
+    LoopObjects, MotionLoop, MotorObjects, PidObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
+    TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, HostObjects, Personality, by_name};
+pub use personality::{ALL, HostObjects, NodeIdObject, Personality, by_name};

@@ -200,7 +200,7 @@ impl AnyOwn {
 }
 
 impl OwnBehaviour for AnyOwn {
-    fn new(personality: &'static Personality, image: &Image<'_>) -> AnyOwn {
+    fn new(personality: &'static Personality, _image: &Image<'_>) -> AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
         }

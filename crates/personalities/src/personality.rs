@@ -3,7 +3,7 @@
 use crate::own::OwnKind;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended,
+    md80, p3, p3_extended,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -38,7 +38,7 @@ pub struct Personality {
     /// 0x1018,4: the serial number, which each device sets for itself.
     pub serial_number: Option<canopen::Handle<u32>>,
     /// The object by which the node ID is changed, if there is one (the P3's 0x21B0).
-    pub node_id: Option<(canopen::Address, canopen::Handle<u16>)>,
+    pub node_id: Option<NodeIdObject>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
     /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
@@ -51,6 +51,18 @@ pub struct Personality {
     pub own: OwnKind,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
+}
+
+/// An object that is the node ID.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeIdObject {
+    /// The object.
+    pub address: canopen::Address,
+    /// Where it lies, an unsigned number.
+    pub field: canopen::Field,
+    /// A new one counts once its write is acknowledged. If not, from the next start on that finds it
+    /// stored.
+    pub at_once: bool,
 }
 
 /// Objects whose contents lie outside the drive core: data sheet and program memory.
@@ -75,7 +87,7 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED];
+pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &md80::MD80];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

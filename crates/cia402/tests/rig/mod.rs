@@ -13,6 +13,8 @@ pub(crate) static P3: Dialect = Dialect {
     mode_display_cleared_on_enable: true,
     ramps_on_stop: false,
     halt_bit: false,
+    set_points_at_once: false,
+    resting_modes: ModeSet::EMPTY,
     remote_bit: false,
     modes: ModeSet::IMPLEMENTED,
 };

@@ -89,6 +89,7 @@ impl Entry {
                 Access::ReadOnly => "ro",
                 Access::ReadWrite => "rw",
                 Access::WriteOnly => "wo",
+                Access::Internal => "internal",
             },
             rpdo: row.maps_rpdo,
             tpdo: row.maps_tpdo,

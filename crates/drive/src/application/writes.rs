@@ -27,7 +27,7 @@ impl<O: OwnBehaviour> Application<O> {
         if self
             .personality
             .node_id
-            .is_some_and(|(address, _)| address == object)
+            .is_some_and(|own| own.at_once && own.address == object)
         {
             // Its row has judged the range.
             self.new_node_id = NodeId::new(raw as u8);
@@ -125,6 +125,10 @@ impl<O: OwnBehaviour> Application<O> {
             .write_controlword(word, &self.configuration, &targets, &actual);
         if outcome.fault_reset {
             self.faults.reset();
+            if self.faults.has_fault() {
+                // A critical one.
+                self.axis.fault();
+            }
         }
         self.take_demand();
     }

@@ -5,9 +5,11 @@ use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u16, u32};
 use canopen::{Address, Dictionary, Row};
 
-use super::scaled;
+use super::{plain, scaled};
 use crate::class::{CONTROL, TARGET_VOLTAGE};
-use crate::{AmplifierObjects, DirectGainObjects, GainObjects, LoopObjects, MotorObjects};
+use crate::{
+    AmplifierObjects, DirectGainObjects, GainObjects, LoopObjects, MotionLoop, MotorObjects,
+};
 
 /// A parameter of the controllers that is stored.
 pub(crate) const fn parameter(row: Row) -> Row {
@@ -103,12 +105,12 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         electrical_zero: objects.need(0x3011, 1),
         electrical_polarity: objects.need(0x3011, 2),
         electrical_polarity_at: Address::new(0x3011, 2),
-        poles: objects.need(0x3011, 3),
+        poles: plain(objects, 0x3011, 3),
         torque_constant: scaled(objects, 0x3011, 4, 1e-3),
         terminal_resistance: scaled(objects, 0x3011, 5, 0.01),
         terminal_inductance: scaled(objects, 0x3011, 6, 1e-5),
         // gcm² × 2¹⁵.
-        rotor_inertia: scaled(objects, 0x3011, 7, 1e-7 / 32768.0),
+        rotor_inertia: Some(scaled(objects, 0x3011, 7, 1e-7 / 32768.0)),
         continuous_current: scaled(objects, 0x3011, 8, 1e-3),
         peak_current: scaled(objects, 0x3011, 9, 1e-3),
         peak_time: scaled(objects, 0x3011, 10, 1e-3),
@@ -120,6 +122,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         // through: below, 50 steps change nothing that is measurable.
         encoder_lag: scaled(objects, 0x3013, 5, 1e-6),
         i2t_rule: None, // P30
+        may_be_unset: false,
     }
 }
 
@@ -129,19 +132,20 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
         pwm_frequency_hz: objects.need(0x3001, 1),
         pwm_per_control: 5, // l.888
         max_current: scaled(objects, 0x3001, 8, 1e-3),
+        max_of_rated_current: None,
         max_phase_voltage: scaled(objects, 0x3001, 9, 1e-3),
         current_zero: [objects.need(0x3009, 1), objects.need(0x3009, 2)],
         gains: GainObjects {
             current_d: controller(objects, 1),
             current_q: controller(objects, 3),
-            velocity: LoopObjects {
+            velocity: MotionLoop::Tuned(LoopObjects {
                 direct: direct(objects, 10, 1e-3),
                 ..controller(objects, 10)
-            },
-            position: LoopObjects {
+            }),
+            position: MotionLoop::Tuned(LoopObjects {
                 direct: direct(objects, 5, 1.0),
                 ..controller(objects, 5)
-            },
+            }),
             // The manual knows velocity feed-forward only (change AR); so the position lags while the
             // speed changes.
             acceleration_feed_forward: 0.0,
@@ -153,7 +157,7 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
 const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObjects {
     LoopObjects {
         bandwidth: scaled(objects, 0x3019, sub, 0.1),
-        damping: scaled(objects, 0x3019, sub + 1, 1.0 / 256.0),
+        damping: Some(scaled(objects, 0x3019, sub + 1, 1.0 / 256.0)),
         direct: None,
     }
 }
