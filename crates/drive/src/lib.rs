@@ -21,6 +21,8 @@
 )]
 
 mod application;
+mod axis_part;
+mod body;
 mod captures;
 mod command;
 mod comms;
@@ -38,6 +40,8 @@ pub mod program;
 mod publish;
 mod serving;
 
+pub use axis_part::AxisPart;
+pub use body::{Body, List, OneAxis};
 pub use captures::CaptureOrder;
 pub use comms::{Comms, Made, Request, stored_node_id};
 pub use drive::{Drive, Hardware};

@@ -5,7 +5,7 @@ use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
 use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage};
-use personalities::{LoopObjects, MotorObjects, Personality, Scaled};
+use personalities::{AxisPersonality, LoopObjects, MotorObjects, Scaled};
 
 use crate::Hardware;
 use crate::configuration::{gear, limit, max_motor_velocity, value};
@@ -25,6 +25,8 @@ pub enum ParameterError {
     Polarity(i64),
     /// PWM frequency 0, Hz.
     PwmFrequency(i64),
+    /// The body has no room for so many axes, or the drive has none.
+    Axes(usize),
 }
 
 impl From<TuningError> for ParameterError {
@@ -82,15 +84,15 @@ pub(crate) struct LoopParameters {
 }
 
 /// What velocity gains follow from, as the objects have it.
-pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
-    let motor = &personality.motor;
+pub(crate) fn figures(image: &Image<'_>, axis: &AxisPersonality) -> Figures {
+    let motor = &axis.motor;
     Figures {
         inertia_kg_m2: motor
             .rotor_inertia
             .map_or(0.0, |object| value(image, object)),
         torque_constant_nm_per_a: figure(image, motor, motor.torque_constant),
         counts_per_turn: image.real(motor.encoder_resolution),
-        gear: gear(image, &personality.axis),
+        gear: gear(image, &axis.objects),
     }
 }
 
@@ -111,12 +113,12 @@ fn figure(image: &Image<'_>, motor: &MotorObjects, object: Scaled) -> f32 {
 /// The first [`ParameterError`].
 pub(crate) fn read_parameters(
     image: &Image<'_>,
-    personality: &Personality,
+    axis: &AxisPersonality,
     hardware: &Hardware,
     direct: Direct,
 ) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
-    let motor = &personality.motor;
-    let amplifier = &personality.amplifier;
+    let motor = &axis.motor;
+    let amplifier = &axis.amplifier;
     let poles = value(image, motor.poles) as i64;
     let pole_pairs = match poles {
         2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
@@ -129,7 +131,7 @@ pub(crate) fn read_parameters(
         _ => return Err(ParameterError::EncoderResolution(resolution)),
     };
     let electrical_polarity = polarity(image.number(motor.electrical_polarity))?;
-    let user_polarity = match personality.axis.polarity {
+    let user_polarity = match axis.objects.polarity {
         Some(field) => polarity(image.number(field))?,
         None => 1,
     };
@@ -164,7 +166,7 @@ pub(crate) fn read_parameters(
         tuning::current(rule, bandwidth, damping, resistance, inductance)
     };
     let gains = &amplifier.gains;
-    let figures = figures(image, personality);
+    let figures = figures(image, axis);
     let velocity = direct.velocity(image, &gains.velocity, &figures)?;
     let position = direct.position(image, &gains.position, &figures)?;
 
@@ -189,7 +191,7 @@ pub(crate) fn read_parameters(
         limit(image, motor.user_peak_current),
     );
     let peak_time_s = limit(image, motor.user_peak_time).unwrap_or(value(image, motor.peak_time));
-    let rated_torque = value(image, personality.axis.rated_torque_nm);
+    let rated_torque = value(image, axis.objects.rated_torque_nm);
     let [zero_a, zero_b] = amplifier.current_zero;
 
     let parameters = Parameters {
@@ -230,7 +232,7 @@ pub(crate) fn read_parameters(
             position_derivative: position.kd,
             position_integral_limit: position
                 .integral_limit
-                .unwrap_or(max_motor_velocity(image, &personality.axis).unwrap_or(f32::MAX)),
+                .unwrap_or(max_motor_velocity(image, &axis.objects).unwrap_or(f32::MAX)),
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,

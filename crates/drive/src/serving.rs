@@ -6,17 +6,18 @@ use personalities::own::OwnBehaviour;
 
 use crate::Host;
 use crate::application::Application;
+use crate::body::Body;
 use crate::program::Action;
 
 /// The application together with the host of a call.
-pub(crate) struct Serving<'a, H, O> {
-    pub(crate) application: &'a mut Application<O>,
+pub(crate) struct Serving<'a, H, O, B: Body> {
+    pub(crate) application: &'a mut Application<O, B>,
     pub(crate) host: &'a mut H,
 }
 
-impl<H: Host, O: OwnBehaviour> Serving<'_, H, O> {
+impl<H: Host, O: OwnBehaviour, B: Body> Serving<'_, H, O, B> {
     fn objects(&self) -> Option<&'static HostObjects> {
-        self.application.personality().host.as_ref()
+        self.application.personality.host.as_ref()
     }
 
     fn is_program(&self, object: Address) -> bool {
@@ -64,7 +65,7 @@ fn verdict(result: Result<(), Abort>) -> Verdict {
     }
 }
 
-impl<H: Host, O: OwnBehaviour> Owner for Serving<'_, H, O> {
+impl<H: Host, O: OwnBehaviour, B: Body> Owner for Serving<'_, H, O, B> {
     fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
         match self.objects() {
             Some(objects) if objects.program_control == object => {

@@ -30,4 +30,4 @@ pub use objects::{
     LoopObjects, MotionLoop, MotorObjects, PidObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
     TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, HostObjects, NodeIdObject, Personality, by_name};
+pub use personality::{ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, by_name};

@@ -118,8 +118,18 @@ pub trait OwnBehaviour: core::fmt::Debug {
         None
     }
 
+    /// Which axis an object belongs to, from 0: of several, by the windows of 0x800 objects from
+    /// 0x6000 on.
+    fn axis_of(&self, object: Address) -> u8 {
+        match object.index {
+            0x6000..=0x9FFF => ((object.index - 0x6000) / 0x800) as u8,
+            _ => 0,
+        }
+    }
+
     /// A write to an object whose row asks, before it is committed; `new` are its little-endian
-    /// bytes. `None`: it means what it means to every drive.
+    /// bytes. `None`: it means what it means to every drive. View and orders are those of the axis
+    /// that [`OwnBehaviour::axis_of`] tells.
     fn write(
         &mut self,
         image: &Image<'_>,
@@ -200,7 +210,7 @@ impl AnyOwn {
 }
 
 impl OwnBehaviour for AnyOwn {
-    fn new(personality: &'static Personality, _image: &Image<'_>) -> AnyOwn {
+    fn new(personality: &'static Personality, _: &Image<'_>) -> AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
         }
@@ -216,6 +226,10 @@ impl OwnBehaviour for AnyOwn {
 
     fn take_frame(&mut self) -> Option<Frame> {
         self.inner_mut().take_frame()
+    }
+
+    fn axis_of(&self, object: Address) -> u8 {
+        self.inner().axis_of(object)
     }
 
     fn write(

@@ -19,12 +19,8 @@ pub struct Personality {
     pub bit_rates: &'static [can::BitRate],
     /// CiA 402 dialect.
     pub cia402: cia402::Dialect,
-    /// Where the axis finds its objects.
-    pub axis: AxisObjects,
-    /// Where the controllers find the motor's parameters.
-    pub motor: MotorObjects,
-    /// Where the controllers find the amplifier's parameters.
-    pub amplifier: AmplifierObjects,
+    /// Its axes, each with a motor of its own. All have the rate of the first one's bridge.
+    pub axes: &'static [AxisPersonality],
     /// The errors it announces.
     pub faults: &'static [FaultRow],
     /// How it shows them.
@@ -41,10 +37,6 @@ pub struct Personality {
     pub node_id: Option<NodeIdObject>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
-    /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
-    pub presets_position: Option<canopen::Address>,
-    /// Where the drive finds its digital inputs, if it has any.
-    pub inputs: Option<InputObjects>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
     /// What only this drive does.
@@ -63,6 +55,21 @@ pub struct NodeIdObject {
     /// A new one counts once its write is acknowledged. If not, from the next start on that finds it
     /// stored.
     pub at_once: bool,
+}
+
+/// One axis of a drive: where it finds everything in the dictionary.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisPersonality {
+    /// Where the axis finds its objects.
+    pub objects: AxisObjects,
+    /// Where the controllers find the motor's parameters.
+    pub motor: MotorObjects,
+    /// Where the controllers find the amplifier's parameters.
+    pub amplifier: AmplifierObjects,
+    /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
+    pub presets_position: Option<canopen::Address>,
+    /// Where the axis finds its digital inputs, if it has any.
+    pub inputs: Option<InputObjects>,
 }
 
 /// Objects whose contents lie outside the drive core: data sheet and program memory.

@@ -422,7 +422,7 @@ fn the_sample_motor_can_be_stored() {
 
 #[test]
 fn motion_is_in_counts_and_rpm_of_the_output() {
-    let axis = &MD80.axis;
+    let axis = &MD80.axes[0].objects;
     assert!(axis.gear.is_some());
     let counts = 16_384.0;
     assert_eq!(axis.targets.position.scale, 1.0);
@@ -430,7 +430,7 @@ fn motion_is_in_counts_and_rpm_of_the_output() {
     assert_eq!(axis.feedback.velocity.scale, counts / 60.0);
     assert_eq!(axis.configuration.acceleration.scale, counts / 60.0);
     assert!(matches!(
-        MD80.amplifier.gains.velocity,
+        MD80.axes[0].amplifier.gains.velocity,
         MotionLoop::Gains(_)
     ));
     assert_eq!(f64::from(REAL_RANGES[1].least), f64::from(5e-9_f32));

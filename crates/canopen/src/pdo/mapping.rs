@@ -69,7 +69,8 @@ pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<
 impl Copy {
     /// Its owner is asked: such copies come last.
     const ASKS: u8 = 1 << 6;
-    /// A value may be refused: by its owner, its range or the node.
+    /// A value may be refused, by its owner, its range or the node, or is a parameter that is
+    /// stored, of which the node keeps account.
     const JUDGED: u8 = 1 << 7;
 
     const NONE: Copy = Copy {
@@ -86,7 +87,7 @@ impl Copy {
         if found.has(flag::ASKS) {
             flags |= Copy::ASKS;
         }
-        if found.has(flag::ASKS | flag::RANGE | flag::NODE) {
+        if found.has(flag::ASKS | flag::RANGE | flag::NODE | flag::STORED) {
             flags |= Copy::JUDGED;
         }
         Copy {

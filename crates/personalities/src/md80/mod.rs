@@ -24,7 +24,7 @@ pub use settings::{REAL_RANGES, RealRange};
 pub use status::{Effect, STATUS_BITS, StatusBit};
 
 use crate::own::OwnKind;
-use crate::{ErrorRules, NodeIdObject, Personality, SupplyRules};
+use crate::{AxisPersonality, ErrorRules, NodeIdObject, Personality, SupplyRules};
 
 const ROWS: &[&[Row]] = &[
     internal::ROWS,
@@ -67,9 +67,13 @@ pub static MD80: Personality = Personality {
     device: Device::new(&OBJECTS, CANOPEN),
     bit_rates: &[BitRate::Mbit1],
     cia402: CIA402,
-    axis: axis::axis(&OBJECTS_CONST),
-    motor: motor::motor(&OBJECTS_CONST),
-    amplifier: motor::amplifier(&OBJECTS_CONST),
+    axes: &[AxisPersonality {
+        objects: axis::axis(&OBJECTS_CONST),
+        motor: motor::motor(&OBJECTS_CONST),
+        amplifier: motor::amplifier(&OBJECTS_CONST),
+        presets_position: None,
+        inputs: None,
+    }],
     faults: &status::FAULTS,
     errors: ErrorRules {
         bus_off_leaves_state: false,
@@ -90,8 +94,6 @@ pub static MD80: Personality = Personality {
         at_once: false,
     }),
     stores_single_entry: None,
-    presets_position: None,
-    inputs: None,
     termination: None,
     own: OwnKind::Nothing,
     host: None,

@@ -15,7 +15,9 @@ use canopen::{
 use canopen::{Device, dictionary};
 
 use crate::own::OwnKind;
-use crate::{ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules};
+use crate::{
+    AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules,
+};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -106,9 +108,13 @@ pub static P3: Personality = Personality {
     device: Device::new(&OBJECTS, CANOPEN),
     bit_rates: &[BitRate::Mbit1], // l.184
     cia402: CIA402,
-    axis: axis::axis(&OBJECTS_CONST),
-    motor: motor::motor(&OBJECTS_CONST),
-    amplifier: motor::amplifier(&OBJECTS_CONST),
+    axes: &[AxisPersonality {
+        objects: axis::axis(&OBJECTS_CONST),
+        motor: motor::motor(&OBJECTS_CONST),
+        amplifier: motor::amplifier(&OBJECTS_CONST),
+        presets_position: Some(Address::new(0x6064, 0)), // P25
+        inputs: None,
+    }],
     faults: FAULTS,
     errors: ErrorRules {
         bus_off_leaves_state: false,
@@ -126,8 +132,6 @@ pub static P3: Personality = Personality {
         at_once: true,
     }),
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
-    presets_position: Some(Address::new(0x6064, 0)),    // P25
-    inputs: None,
     termination: None,
     own: OwnKind::Nothing,
     host: None,
