@@ -294,28 +294,42 @@ impl AxisPart {
 
     pub(crate) fn take_command<O: OwnBehaviour>(&mut self, own: &O) -> Option<Command<f32>> {
         core::mem::take(&mut self.new_command).then(|| {
-            command(
+            let command = command(
                 self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
                 self.feedback.bus_voltage_v,
-            )
+            );
+            Command {
+                current_limit: self.own_limit(own).unwrap_or(command.current_limit),
+                ..command
+            }
         })
     }
 
     /// Limits that changed while the demand goes on.
     pub(crate) fn take_limits<O: OwnBehaviour>(&mut self, own: &O) -> Option<Limits<f32>> {
         core::mem::take(&mut self.new_limits).then(|| {
-            limits(
+            let limits = limits(
                 self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
-            )
+            );
+            Limits {
+                current_a: self.own_limit(own).unwrap_or(limits.current_a),
+                ..limits
+            }
         })
+    }
+
+    /// The greatest current of own behaviour's demand.
+    fn own_limit<O: OwnBehaviour>(&self, own: &O) -> Option<f32> {
+        own.demand(self.number)?;
+        own.current_limit_a(self.number)
     }
 
     pub(crate) fn take_parameters<O: OwnBehaviour>(

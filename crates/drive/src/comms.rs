@@ -173,6 +173,8 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        let id = self.node.id();
+        self.application.own.heard(frame, id);
         if self.application.own.waits() {
             let (id, view) = (self.node.id(), self.application.view(0));
             let own = &mut self.application.own;

@@ -81,6 +81,8 @@ pub(crate) struct LoopParameters {
     pub(crate) continuous_a: f32,
     /// The encoder's.
     pub(crate) counts_per_turn: u32,
+    /// Greatest current of a demand of the axis, beside its torque, A; 0 for a motor that was not set up.
+    pub(crate) greatest_a: f32,
 }
 
 /// What velocity gains follow from, as the objects have it.
@@ -178,10 +180,7 @@ pub(crate) fn read_parameters(
         let part = value(image, share);
         part * value(image, rated)
     });
-    let amplifier_a = match is_set_up {
-        true => least(value(image, amplifier.max_current), rated),
-        false => 0.0,
-    };
+    let amplifier_a = value(image, amplifier.max_current);
     let continuous_a = least(
         value(image, motor.continuous_current),
         limit(image, motor.user_continuous_current),
@@ -264,6 +263,10 @@ pub(crate) fn read_parameters(
         rotor_amperes_per_acceleration,
         continuous_a,
         counts_per_turn: counts_per_turn.unsigned_abs(),
+        greatest_a: match is_set_up {
+            true => rated.unwrap_or(f32::MAX),
+            false => 0.0,
+        },
     };
     Ok((parameters, loops))
 }

@@ -188,7 +188,10 @@ impl Rig {
                 - (sample.position - whole);
             assert!(off.abs() < 1e-3, "{sample:?} {point:?}");
         }
-        if !matches!(self.demand, Demand::Off | Demand::Idle) {
+        if !matches!(
+            self.demand,
+            Demand::Off | Demand::Idle | Demand::Shorted | Demand::TurningVoltage { .. }
+        ) {
             let off = f64::from(point.velocity) - sample.velocity;
             assert!(
                 off.abs() <= 1e-6 * sample.velocity.abs() + 1e-3,
@@ -207,7 +210,11 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::PhaseVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
@@ -303,7 +310,7 @@ impl Rig {
                 self.actual.electrical_angle = angle;
                 self.actual.torque_pm = 0.0;
             }
-            Demand::Off | Demand::Idle => {
+            Demand::Off | Demand::Idle | Demand::Shorted | Demand::TurningVoltage { .. } => {
                 self.actual.torque_pm = 0.0;
             }
         }

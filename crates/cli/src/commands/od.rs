@@ -166,6 +166,9 @@ fn entries(table: &Table) -> Vec<Entry> {
     let mut entries = Vec::new();
     let mut last_index = None;
     for row in table.rows() {
+        if row.access == Access::Internal {
+            continue;
+        }
         let index = row.address.index;
         if last_index != Some(index) {
             last_index = Some(index);
