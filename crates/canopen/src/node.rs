@@ -148,7 +148,10 @@ impl<M: NodeMemory> Node<M> {
         self.outbox.set_key(Slot::ErrorControl, 0x700 + id);
         self.outbox.set_key(Slot::Sdo(0), 0x580 + id);
         self.read_communication_parameters(now);
-        self.outbox.post(Slot::BootUp);
+        self.outbox.post(match self.device.dialect.boot_up {
+            true => Slot::BootUp,
+            false => Slot::ErrorControl,
+        });
         let startup = self.device.objects.startup;
         // CiA 302-2, 0x1F80: bit 2 set keeps the node from entering operational by itself.
         let stay = startup.is_some_and(|startup| self.image().get(startup) & 4 != 0);

@@ -531,9 +531,11 @@ impl AxisPart {
         }
         if let Some(inputs) = &self.its.inputs {
             inputs::show(image, inputs, self.seen.active, &self.signals);
-            if self.signals.torque_off {
+            if self.signals.torque_off
+                && let Some(statusword) = self.its.objects.statusword
+            {
                 let status = self.axis.statusword().0 | Statusword::TORQUE_OFF;
-                image.set(self.its.objects.statusword, status);
+                image.set(statusword, status);
             }
             self.probes.publish(image, &inputs.probes, &self.seen);
         }

@@ -436,6 +436,9 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
         if events.reset.is_some() {
             self.reset = events.reset;
         }
+        if let Some(state) = events.entered {
+            self.application.own.entered(state);
+        }
         if events.news.has(News::ERRORS) {
             self.report_communication();
         }

@@ -5,7 +5,7 @@ use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
 use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage};
-use personalities::{AxisPersonality, LoopObjects, MotorObjects, Scaled};
+use personalities::{AxisPersonality, Figure, LoopObjects, MotorObjects};
 
 use crate::Hardware;
 use crate::configuration::{gear, limit, max_motor_velocity, value};
@@ -91,17 +91,17 @@ pub(crate) fn figures(image: &Image<'_>, axis: &AxisPersonality) -> Figures {
     Figures {
         inertia_kg_m2: motor
             .rotor_inertia
-            .map_or(0.0, |object| value(image, object)),
-        torque_constant_nm_per_a: figure(image, motor, motor.torque_constant),
-        counts_per_turn: image.real(motor.encoder_resolution),
+            .map_or(0.0, |figure| value(image, figure)),
+        torque_constant_nm_per_a: set(image, motor, motor.torque_constant),
+        counts_per_turn: value(image, motor.encoder_resolution),
         gear: gear(image, &axis.objects),
     }
 }
 
 /// A figure, and for one that was not set yet anything from which controllers can be made: they get
 /// no current.
-fn figure(image: &Image<'_>, motor: &MotorObjects, object: Scaled) -> f32 {
-    let read = value(image, object);
+fn set(image: &Image<'_>, motor: &MotorObjects, figure: Figure) -> f32 {
+    let read = value(image, figure);
     if motor.may_be_unset && !(read > 0.0 && read.is_finite()) {
         1.0
     } else {
@@ -127,17 +127,17 @@ pub(crate) fn read_parameters(
         0 if motor.may_be_unset => 1,
         _ => return Err(ParameterError::Poles(poles)),
     };
-    let resolution = image.number(motor.encoder_resolution);
+    let resolution = value(image, motor.encoder_resolution) as i64;
     let counts_per_turn = match resolution {
         2..=0xFF_FFFF => resolution as i32,
         _ => return Err(ParameterError::EncoderResolution(resolution)),
     };
-    let electrical_polarity = polarity(image.number(motor.electrical_polarity))?;
+    let electrical_polarity = polarity(value(image, motor.electrical_polarity) as i64)?;
     let user_polarity = match axis.objects.polarity {
         Some(field) => polarity(image.number(field))?,
         None => 1,
     };
-    let frequency = image.number(amplifier.pwm_frequency_hz);
+    let frequency = value(image, amplifier.pwm_frequency_hz) as i64;
     let timing = match u32::try_from(frequency) {
         Ok(frequency_hz) if frequency_hz > 0 => PwmTiming {
             frequency_hz,
@@ -146,8 +146,8 @@ pub(crate) fn read_parameters(
         _ => return Err(ParameterError::PwmFrequency(frequency)),
     };
     // The objects are terminal to terminal, two phases in series.
-    let resistance = 0.5 * figure(image, motor, motor.terminal_resistance);
-    let inductance = 0.5 * figure(image, motor, motor.terminal_inductance);
+    let resistance = 0.5 * set(image, motor, motor.terminal_resistance);
+    let inductance = 0.5 * set(image, motor, motor.terminal_inductance);
     let is_set_up = !motor.may_be_unset
         || [
             motor.poles,
@@ -159,7 +159,7 @@ pub(crate) fn read_parameters(
         .all(|object| value(image, object) > 0.0);
 
     let current = |objects: &LoopObjects| {
-        let bandwidth = figure(image, motor, objects.bandwidth);
+        let bandwidth = set(image, motor, objects.bandwidth);
         // A manual that speaks of bandwidth and damping means this rule: no other has a damping.
         let (rule, damping) = match objects.damping {
             Some(damping) => (Rule::SecondOrder, value(image, damping)),
@@ -204,7 +204,7 @@ pub(crate) fn read_parameters(
         },
         encoder: EncoderSettings {
             counts_per_turn,
-            electrical_zero: image.number(motor.electrical_zero) as i32,
+            electrical_zero: value(image, motor.electrical_zero) as i32,
             electrical_polarity,
             user_polarity,
             lag_s: value(image, motor.encoder_lag),
@@ -213,7 +213,7 @@ pub(crate) fn read_parameters(
         },
         stage: PowerStage {
             scales: hardware.scales,
-            current_zero: [image.real(zero_a), image.real(zero_b)],
+            current_zero: [value(image, zero_a), value(image, zero_b)],
             current_limit_a: amplifier_a,
             voltage_limit_v: value(image, amplifier.max_phase_voltage),
             duty_margin: hardware.duty_margin,

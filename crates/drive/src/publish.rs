@@ -19,7 +19,9 @@ pub(crate) fn publish(
     pm_per_ampere: f32,
     vl_counts_per_s: f32,
 ) {
-    image.set(objects.statusword, axis.statusword().0);
+    if let Some(statusword) = objects.statusword {
+        image.set(statusword, axis.statusword().0);
+    }
     image.set_number(objects.mode_display, i64::from(axis.mode_display()));
     let shown = &objects.feedback;
     // Of motion the objects show the output's.
@@ -27,7 +29,7 @@ pub(crate) fn publish(
     let rate = |motor: f32| motor * turns.unwrap_or(1.0);
     position(image, shown.position, feedback.position, turns);
     real(image, shown.velocity, rate(feedback.velocity_reported));
-    real(image, shown.torque, feedback.current_q_a * pm_per_ampere);
+    optional(image, shown.torque, feedback.current_q_a * pm_per_ampere);
     optional(image, shown.current_a, feedback.current_q_a);
     if let Some(object) = shown.position_demand {
         // To the nearest count: a move may end a rounding error below its target.

@@ -21,13 +21,16 @@ mod objects;
 pub mod own;
 pub mod p3;
 pub mod p3_extended;
+pub mod p3_jpl;
 mod personality;
+pub mod roboteq;
+pub mod serial;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, DirectGainObjects,
-    FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects,
-    LoopObjects, MotionLoop, MotorObjects, PidObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
-    TargetObjects, TargetWindow, VlObjects, WindowObjects,
+    FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects, InputFunction,
+    InputObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects, ProbeEdgeObjects,
+    ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
 pub use personality::{ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, by_name};

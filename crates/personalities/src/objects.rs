@@ -32,14 +32,36 @@ impl Scaled {
     }
 }
 
+/// A figure that the drive needs, and that not every drive has an object for.
+#[derive(Clone, Copy, Debug)]
+pub enum Figure {
+    /// The object that holds it.
+    Object(Scaled),
+    /// There is none: it is always this, in internal units.
+    Fixed(f32),
+}
+
+impl Figure {
+    /// An object in internal units.
+    pub const fn plain(field: Field) -> Figure {
+        Figure::Object(Scaled::plain(field))
+    }
+}
+
+impl From<Scaled> for Figure {
+    fn from(object: Scaled) -> Figure {
+        Figure::Object(object)
+    }
+}
+
 /// One axis: the objects of CiA 402, wherever the drive has them.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisObjects {
     /// Index of the axis's objects: 0x6000 for the first, 0x800 more for each further one. Its
     /// controlword is 0x40 further, its mode 0x60.
     pub base: u16,
-    /// 0x6041.
-    pub statusword: Handle<u16>,
+    /// 0x6041, if the drive has a state machine.
+    pub statusword: Option<Handle<u16>>,
     /// 0x6061.
     pub mode_display: Field,
     /// What the master wants.
@@ -51,7 +73,7 @@ pub struct AxisObjects {
     /// Homing, if the axis can.
     pub homing: Option<HomingObjects>,
     /// 0x6076, rated torque, to which per mille refer, Nm.
-    pub rated_torque_nm: Scaled,
+    pub rated_torque_nm: Figure,
     /// 0x607E, direction of positive values, +1 or −1.
     pub polarity: Option<Field>,
     /// Turns of the output for one of the motor, a REAL32 (the MD80's 0x2000,8). Where there is one,
@@ -98,7 +120,7 @@ pub struct FeedbackObjects {
     /// 0x606C, counts/s.
     pub velocity: Scaled,
     /// 0x6077, per mille of rated torque.
-    pub torque: Scaled,
+    pub torque: Option<Scaled>,
     /// 0x6078, A.
     pub current_a: Option<Scaled>,
     /// Position demand after limits (the P3's 0x60FC), counts.
@@ -364,27 +386,27 @@ pub struct WindowObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct MotorObjects {
     /// Encoder reading with the rotor under phase A, counts.
-    pub electrical_zero: Field,
+    pub electrical_zero: Figure,
     /// +1 or −1: order of the phases against the encoder's direction.
-    pub electrical_polarity: Field,
+    pub electrical_polarity: Figure,
     /// Its object, which takes no 0.
-    pub electrical_polarity_at: Address,
+    pub electrical_polarity_at: Option<Address>,
     /// Number of poles (twice the pole pairs).
-    pub poles: Scaled,
+    pub poles: Figure,
     /// Nm per A of peak phase current.
-    pub torque_constant: Scaled,
+    pub torque_constant: Figure,
     /// Terminal to terminal, Ω.
-    pub terminal_resistance: Scaled,
+    pub terminal_resistance: Figure,
     /// Terminal to terminal, H.
-    pub terminal_inductance: Scaled,
+    pub terminal_inductance: Figure,
     /// kg·m², where the drive knows it.
-    pub rotor_inertia: Option<Scaled>,
+    pub rotor_inertia: Option<Figure>,
     /// A.
-    pub continuous_current: Scaled,
+    pub continuous_current: Figure,
     /// A.
-    pub peak_current: Scaled,
+    pub peak_current: Figure,
     /// s.
-    pub peak_time: Scaled,
+    pub peak_time: Figure,
     /// The user's own, lower current limits: continuous A, peak A, time s; 0 is "none".
     pub user_continuous_current: Option<Scaled>,
     /// See [`MotorObjects::user_continuous_current`].
@@ -392,9 +414,9 @@ pub struct MotorObjects {
     /// See [`MotorObjects::user_continuous_current`].
     pub user_peak_time: Option<Scaled>,
     /// Counts per turn.
-    pub encoder_resolution: Field,
+    pub encoder_resolution: Figure,
     /// Age of an encoder reading, s.
-    pub encoder_lag: Scaled,
+    pub encoder_lag: Figure,
     /// The object that is 0 where the excess of current is limited as the P3's manual prints it, and
     /// 1 where dimensionally right (P30). Without it: as printed.
     pub i2t_rule: Option<Field>,
@@ -407,17 +429,17 @@ pub struct MotorObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct AmplifierObjects {
     /// PWM frequency, Hz.
-    pub pwm_frequency_hz: Field,
+    pub pwm_frequency_hz: Figure,
     /// PWM periods per control period.
     pub pwm_per_control: u32,
     /// Greatest current, A.
-    pub max_current: Scaled,
+    pub max_current: Figure,
     /// A lower one: 0x6073, a share of 0x6075, A.
     pub max_of_rated_current: Option<(Scaled, Scaled)>,
     /// Longest voltage vector, V of phase amplitude.
-    pub max_phase_voltage: Scaled,
+    pub max_phase_voltage: Figure,
     /// Calibrated readings at no current of phases A and B, converter counts.
-    pub current_zero: [Field; 2],
+    pub current_zero: [Figure; 2],
     /// The controllers.
     pub gains: GainObjects,
 }
@@ -464,9 +486,9 @@ pub struct PidObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopObjects {
     /// Hz.
-    pub bandwidth: Scaled,
+    pub bandwidth: Figure,
     /// 1 is critical. Without one the current controller's zero cancels the winding's pole.
-    pub damping: Option<Scaled>,
+    pub damping: Option<Figure>,
     /// Gains that can be given in place of the two, if there are such objects.
     pub direct: Option<DirectGainObjects>,
 }

@@ -1,10 +1,10 @@
 //! What one documented drive does that no other does, and no table tells.
 
 use can::Frame;
-use canopen::{Address, Image, NodeId, Reset, Verdict, store};
+use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
 use cia402::{Conditions, Demand, Mode, State};
 
-use crate::Personality;
+use crate::{Personality, p3_jpl};
 
 /// What a drive's own behaviour sees of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -137,6 +137,11 @@ pub trait OwnBehaviour: core::fmt::Debug {
         }
     }
 
+    /// The node has entered an NMT state: at its start, or by a command.
+    fn entered(&mut self, state: NmtState) {
+        let _ = state;
+    }
+
     /// A write to an object whose row asks, before it is committed; `new` are its little-endian
     /// bytes. `None`: it means what it means to every drive. View and orders are those of the axis
     /// that [`OwnBehaviour::axis_of`] tells.
@@ -207,6 +212,8 @@ impl OwnBehaviour for () {
 pub enum OwnKind {
     /// None.
     Nothing,
+    /// [`p3_jpl::Behaviour`].
+    P3Jpl,
 }
 
 /// The own behaviour of any personality, chosen at run time.
@@ -214,26 +221,31 @@ pub enum OwnKind {
 pub enum AnyOwn {
     /// None.
     Nothing(()),
+    /// The P3 of 2016.
+    P3Jpl(p3_jpl::Behaviour),
 }
 
 impl AnyOwn {
     fn inner(&self) -> &dyn OwnBehaviour {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
+            AnyOwn::P3Jpl(jpl) => jpl,
         }
     }
 
     fn inner_mut(&mut self) -> &mut dyn OwnBehaviour {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
+            AnyOwn::P3Jpl(jpl) => jpl,
         }
     }
 }
 
 impl OwnBehaviour for AnyOwn {
-    fn new(personality: &'static Personality, _: &Image<'_>) -> AnyOwn {
+    fn new(personality: &'static Personality, image: &Image<'_>) -> AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
+            OwnKind::P3Jpl => AnyOwn::P3Jpl(p3_jpl::Behaviour::new(personality, image)),
         }
     }
 
@@ -247,6 +259,10 @@ impl OwnBehaviour for AnyOwn {
 
     fn take_frame(&mut self) -> Option<Frame> {
         self.inner_mut().take_frame()
+    }
+
+    fn entered(&mut self, state: NmtState) {
+        self.inner_mut().entered(state);
     }
 
     fn axis_of(&self, object: Address) -> u8 {

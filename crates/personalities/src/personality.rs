@@ -1,9 +1,10 @@
 //! One documented drive.
 
 use crate::own::OwnKind;
+use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    md80, p3, p3_extended,
+    md80, p3, p3_extended, p3_jpl,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -41,6 +42,8 @@ pub struct Personality {
     pub termination: Option<canopen::Handle<u8>>,
     /// What only this drive does.
     pub own: OwnKind,
+    /// Its serial command line, if it has one.
+    pub serial: Option<&'static SerialPort>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
 }
@@ -94,7 +97,12 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &md80::MD80];
+pub static ALL: &[&Personality] = &[
+    &p3::P3,
+    &p3_extended::P3_EXTENDED,
+    &p3_jpl::P3_JPL,
+    &md80::MD80,
+];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

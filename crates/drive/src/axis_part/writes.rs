@@ -22,7 +22,7 @@ impl AxisPart {
             self.preset_position(raw as i32);
             return Some(Verdict::Done);
         }
-        if object == self.its.motor.electrical_polarity_at {
+        if self.its.motor.electrical_polarity_at == Some(object) {
             return Some(match raw as i8 {
                 0 => Verdict::Refuse(Abort::INVALID_VALUE),
                 _ => Verdict::Accept,

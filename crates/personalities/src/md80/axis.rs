@@ -10,7 +10,9 @@ use super::settings::parameter;
 use crate::class::{CONFIGURATION, TARGET_POSITION, TARGET_VELOCITY};
 use crate::p3::motor::feedback;
 use crate::p3::{plain, scaled};
-use crate::{AxisObjects, ConfigurationObjects, FeedbackObjects, TargetObjects, TargetWindow};
+use crate::{
+    AxisObjects, ConfigurationObjects, FeedbackObjects, Figure, TargetObjects, TargetWindow,
+};
 
 /// −1, in which system commands are given: the axis rests (M3).
 pub(super) const SERVICE: Mode = Mode(-1);
@@ -84,7 +86,7 @@ const RPM: f32 = COUNTS_PER_TURN as f32 / 60.0;
 pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects {
     AxisObjects {
         base: 0x6000,
-        statusword: objects.handle(0x6041, 0),
+        statusword: objects.optional(0x6041, 0),
         mode_display: objects.need(0x6061, 0),
         targets: TargetObjects {
             position: plain(objects, 0x607A, 0),
@@ -103,7 +105,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         feedback: FeedbackObjects {
             position: plain(objects, 0x6064, 0),
             velocity: scaled(objects, 0x606C, 0, RPM),
-            torque: plain(objects, 0x6077, 0),
+            torque: Some(plain(objects, 0x6077, 0)),
             current_a: None,
             position_demand: Some(plain(objects, 0x6062, 0)),
             velocity_demand: [Some(scaled(objects, 0x606B, 0, RPM)), None],
@@ -153,7 +155,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             velocity_threshold: RPM,
         },
         homing: None,
-        rated_torque_nm: scaled(objects, 0x6076, 0, 1e-3),
+        rated_torque_nm: Figure::Object(scaled(objects, 0x6076, 0, 1e-3)),
         polarity: None,
         gear: Some(objects.need(0x2000, 8)),
     }

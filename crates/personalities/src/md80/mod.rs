@@ -96,5 +96,6 @@ pub static MD80: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     own: OwnKind::Nothing,
+    serial: None,
     host: None,
 };

@@ -49,16 +49,19 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     sdo: SdoTransfers::Expedited,             // l.166, l.167
     range_abort: RangeAbort::Invalid,         // P27
     reconfigure_while_valid: true,            // P49
+    short_mapping: false,                     // J4
     rpdo_sync: RpdoSync::Nth,                 // P50
     tpdo_type_0_is_cyclic: true,              // P13
     pdo_events: false,                        // P51
     type_254_by_timer: false,
+    emergencies: true,
     emcy_inhibit: false,           // stored without effect
     produces_sync: false,          // 0x1006 is read only
     remote_requests: false,        // l.174
     extended_identifiers: false,   // l.178
     lss: false,                    // not mentioned
     tpdo_in_pre_operational: true, // P14
+    boot_up: true,                 // l.379
     boots_to_operational: true,    // l.346, P33
     history_clearable: false,      // P40
 };
@@ -134,5 +137,6 @@ pub static P3: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     termination: None,
     own: OwnKind::Nothing,
+    serial: None,
     host: None,
 };
