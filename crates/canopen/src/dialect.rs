@@ -14,7 +14,7 @@ pub enum UploadReply {
 pub enum AcknowledgeData {
     /// Zeros (CiA 301; P3).
     Zeros,
-    /// The data that was written (P3 JPL, J1); of a command that is carried out later what its object
+    /// The data that was written (J1); of a command that is carried out later what its object
     /// reads as (J2).
     Echo,
 }
