@@ -4,7 +4,7 @@ use can::Frame;
 use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
 use cia402::{Conditions, Demand, Mode, State};
 
-use crate::{Personality, p3_jpl};
+use crate::{Personality, md80, p3_jpl};
 
 /// What a drive's own behaviour sees of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -214,6 +214,8 @@ pub enum OwnKind {
     Nothing,
     /// [`p3_jpl::Behaviour`].
     P3Jpl,
+    /// [`md80::Behaviour`].
+    Md80,
 }
 
 /// The own behaviour of any personality, chosen at run time.
@@ -223,6 +225,8 @@ pub enum AnyOwn {
     Nothing(()),
     /// The P3 of 2016.
     P3Jpl(p3_jpl::Behaviour),
+    /// The MD80.
+    Md80(md80::Behaviour),
 }
 
 impl AnyOwn {
@@ -230,6 +234,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Md80(md80) => md80,
         }
     }
 
@@ -237,6 +242,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Md80(md80) => md80,
         }
     }
 }
@@ -246,6 +252,7 @@ impl OwnBehaviour for AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
             OwnKind::P3Jpl => AnyOwn::P3Jpl(p3_jpl::Behaviour::new(personality, image)),
+            OwnKind::Md80 => AnyOwn::Md80(md80::Behaviour::new(personality, image)),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
+use crate::worlds;
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -44,7 +45,8 @@ pub struct DriveSettings {
 const FRICTION_SHARE: f64 = 0.02;
 
 impl DriveSettings {
-    /// A drive with the usual motor, turning freely, and an empty store in memory.
+    /// A drive with its usual motor, turning freely, and in memory what it has stored as it is delivered:
+    /// for most nothing, for one that knows no motor by itself what a commissioning has left.
     pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
         DriveSettings::at(Place::of_node(node), personality)
     }
@@ -52,7 +54,7 @@ impl DriveSettings {
     /// The same at any place: a drive at [`Place::unconfigured`] has no node ID until LSS gives it
     /// one. Without LSS it stays mute.
     pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
-        let mut plant = Parameters::default();
+        let (mut plant, stored) = worlds::of(personality);
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;
@@ -61,8 +63,14 @@ impl DriveSettings {
             personality,
             plant,
             others: Vec::new(),
-            store: FlashFile::memory(Vec::new()),
+            store: FlashFile::memory(stored),
         }
+    }
+
+    /// As out of the box: with nothing stored.
+    pub fn factory(mut self) -> DriveSettings {
+        self.store = FlashFile::memory(Vec::new());
+        self
     }
 }
 
