@@ -19,7 +19,7 @@ use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
-use crate::worlds;
+use crate::{commissioned, world};
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -54,7 +54,8 @@ impl DriveSettings {
     /// The same at any place: a drive at [`Place::unconfigured`] has no node ID until LSS gives it
     /// one. Without LSS it stays mute.
     pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
-        let (mut plant, stored) = worlds::of(personality);
+        let mut plant = world::of(personality);
+        let stored = commissioned::stored(personality);
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;

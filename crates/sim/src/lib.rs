@@ -11,6 +11,7 @@
 //! can be repeated.
 mod axes;
 mod bus;
+mod commissioned;
 mod controller;
 mod data_sheet;
 mod disturbance;
@@ -37,7 +38,7 @@ mod spoil;
 mod store;
 mod stranger;
 mod wire_act;
-mod worlds;
+mod world;
 
 pub use axes::{Axes, Virtual};
 pub use bus::{Bus, BusSettings};

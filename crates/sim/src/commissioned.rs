@@ -1,21 +1,7 @@
-//! The motor and board behind each documented drive, and what such a drive has stored as it is
-//! delivered.
+//! What a drive has stored as it is delivered.
 
 use canopen::{Image, NodeId, store};
 use personalities::Personality;
-use plant::{Parameters, VIRTUAL_MD80, VIRTUAL_P3};
-
-/// Motors and boards by the names of their personalities; the others have the P3's.
-const WORLDS: &[(&str, Parameters)] = &[("md80", VIRTUAL_MD80)];
-
-/// A drive's world, and the bytes of its store.
-pub(crate) fn of(personality: &Personality) -> (Parameters, Vec<u8>) {
-    let world = WORLDS.iter().find(|(name, _)| *name == personality.name);
-    (
-        world.map_or(VIRTUAL_P3, |(_, world)| *world),
-        stored(personality),
-    )
-}
 
 /// What a commissioning has stored; empty where there is nothing to commission.
 pub(crate) fn stored(personality: &Personality) -> Vec<u8> {
@@ -47,14 +33,6 @@ pub(crate) fn stored(personality: &Personality) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_world_can_be_and_is_that_of_a_drive() {
-        for (name, world) in WORLDS {
-            assert!(personalities::by_name(name).is_some(), "{name}");
-            assert_eq!(world.check(), Ok(()), "{name}");
-        }
-    }
 
     #[test]
     fn what_is_stored_is_what_was_commissioned() {
