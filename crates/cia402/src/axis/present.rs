@@ -35,7 +35,8 @@ impl Axis {
                 torque_pm: 0.0,
                 ..motor
             },
-            Demand::Idle => Present {
+            // The axis itself never demands the other two.
+            Demand::Idle | Demand::Shorted | Demand::TurningVoltage { .. } => Present {
                 torque_pm: 0.0,
                 ..motor
             },
