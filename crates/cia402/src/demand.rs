@@ -52,6 +52,11 @@ pub enum Demand {
         /// Voltage of the q axis, in the same unit.
         voltage_q: i16,
     },
+    /// A voltage a quarter of a turn before the rotor, where it makes torque; no controller.
+    RotorVoltage {
+        /// 1/32,768 of the longest vector that the supply allows.
+        voltage_q: i16,
+    },
     /// Velocity control.
     Velocity {
         /// Counts/s.
@@ -106,6 +111,7 @@ impl Demand {
             | Demand::Idle
             | Demand::Shorted
             | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
             | Demand::PhaseVoltage { .. } => Point::default(),
             Demand::Torque {
                 start_pm,
@@ -167,6 +173,7 @@ impl Demand {
             | Demand::Idle
             | Demand::Shorted
             | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
             | Demand::PhaseVoltage { .. } => false,
             Demand::Torque { duration_ns, .. }
             | Demand::TorqueWithAngle { duration_ns, .. }

@@ -260,7 +260,11 @@ pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
     let objects = &axis.targets;
     let motion = Motion::of(image, axis);
     let offset = |object: Option<Scaled>| object.map_or(0, |object| motion.count(object));
-    let torque = |object: Option<Scaled>| object.map_or(0, |object| count(image, object)) as i16;
+    // Held within its type: an object may hold more than the motor ever gives.
+    let torque = |object: Option<Scaled>| {
+        let pm = object.map_or(0, |object| count(image, object));
+        pm.clamp(i16::MIN.into(), i16::MAX.into()) as i16
+    };
     let voltage = |object: Option<(Address, Field)>| {
         object.map_or(0, |(_, field)| image.number(field) as i16)
     };

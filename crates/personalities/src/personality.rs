@@ -4,7 +4,7 @@ use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    md80, p3, p3_extended, p3_jpl,
+    md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -111,6 +111,9 @@ pub static ALL: &[&Personality] = &[
     &p3::P3,
     &p3_extended::P3_EXTENDED,
     &p3_jpl::P3_JPL,
+    &roboteq::ROBOTEQ,
+    &roboteq::ROBOTEQ_2,
+    &roboteq::ROBOTEQ_3,
     &md80::MD80,
 ];
 

@@ -214,6 +214,7 @@ impl Rig {
             | Demand::Idle
             | Demand::Shorted
             | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
             | Demand::PhaseVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
@@ -310,7 +311,11 @@ impl Rig {
                 self.actual.electrical_angle = angle;
                 self.actual.torque_pm = 0.0;
             }
-            Demand::Off | Demand::Idle | Demand::Shorted | Demand::TurningVoltage { .. } => {
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. } => {
                 self.actual.torque_pm = 0.0;
             }
         }

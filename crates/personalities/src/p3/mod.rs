@@ -55,9 +55,10 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     pdo_events: false,                        // P51
     type_254_by_timer: false,
     emergencies: true,
-    emcy_inhibit: false,           // stored without effect
-    produces_sync: false,          // 0x1006 is read only
-    remote_requests: false,        // l.174
+    emcy_inhibit: false,    // stored without effect
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.174
+    tpdo_forbids_remote: false,
     extended_identifiers: false,   // l.178
     lss: false,                    // not mentioned
     tpdo_in_pre_operational: true, // P14

@@ -52,10 +52,11 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     tpdo_type_0_is_cyclic: true,   // l.230
     pdo_events: false,             // J16
     type_254_by_timer: false,
-    emergencies: false,             // J16
-    emcy_inhibit: false,            // J16
-    produces_sync: false,           // 0x1006 is read only
-    remote_requests: false,         // l.46
+    emergencies: false,     // J16
+    emcy_inhibit: false,    // J16
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.46
+    tpdo_forbids_remote: false,
     extended_identifiers: false,    // l.51
     lss: false,                     // not mentioned
     tpdo_in_pre_operational: false, // J20
