@@ -48,6 +48,16 @@ pub struct Personality {
     pub host: Option<HostObjects>,
 }
 
+impl Personality {
+    /// Whether a master may choose this mode (0x6060): one of CiA 402's, or of the drive's own list.
+    pub const fn offers(&self, mode: i8) -> bool {
+        match self.own {
+            OwnKind::P3Jpl => p3_jpl::offers(mode),
+            _ => self.cia402.modes().contains(cia402::Mode(mode)),
+        }
+    }
+}
+
 /// One axis of a drive: where it finds everything in the dictionary.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisPersonality {

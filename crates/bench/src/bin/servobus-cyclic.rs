@@ -15,8 +15,8 @@ struct Arguments {
     /// How many drives
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=15))]
     drives: u8,
-    /// SYNC per second
-    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// SYNC per second, a divisor of 1000 from 4 on
+    #[arg(long, value_name = "HZ", default_value_t = 1000)]
     sync_hz: u32,
     /// Simulated seconds
     #[arg(long, value_name = "S", default_value_t = 10)]
@@ -31,12 +31,12 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         drives: arguments.drives,
         sync_hz: arguments.sync_hz,
     };
+    let mut bus = CyclicBus::new(cycle, 1)?;
     let mut log = match &arguments.record {
         Some(path) => Some(sim::begin_frames(path)?),
         None => None,
     };
     let mut failed = Ok(());
-    let mut bus = CyclicBus::new(cycle, 1)?;
     let outcome = bus.run(
         arguments.seconds * u64::from(arguments.sync_hz),
         |traffic| {

@@ -129,6 +129,11 @@ impl OwnMode {
     }
 }
 
+/// Whether a number is one of its modes (l.154).
+pub const fn offers(mode: i8) -> bool {
+    OwnMode::of(mode).is_some()
+}
+
 /// Of a P3 of 2016.
 #[derive(Clone, Debug)]
 pub struct Behaviour {

@@ -12,7 +12,7 @@ mod faults;
 mod motor;
 pub mod properties;
 
-pub use behaviour::Behaviour;
+pub use behaviour::{Behaviour, offers};
 
 use can::BitRate;
 use canopen::{
