@@ -86,6 +86,8 @@ pub struct Dialect {
     /// Remote transmission requests are answered: TPDO types 252 and 253, node guarding. If not,
     /// those types get 0x06090030 (P3 l.174).
     pub remote_requests: bool,
+    /// Bit 30 of a TPDO's COB-ID, no remote requests, cannot be cleared: 0x06090030.
+    pub tpdo_forbids_remote: bool,
     /// Services may be moved onto identifiers of 29 bits (not in the P3, l.178).
     pub extended_identifiers: bool,
     /// The device is an LSS slave (CiA 305). The slave ([`crate::lss::Slave`]) stands beside the node,
@@ -123,6 +125,7 @@ impl Dialect {
         emcy_inhibit: true,
         produces_sync: true,
         remote_requests: true,
+        tpdo_forbids_remote: false,
         extended_identifiers: true,
         lss: true,
         tpdo_in_pre_operational: false,

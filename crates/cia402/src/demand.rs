@@ -42,6 +42,11 @@ pub enum Demand {
         /// Voltage of the q axis, in the same unit.
         voltage_q: i16,
     },
+    /// A voltage a quarter of a turn before the rotor, where it makes torque; no controller.
+    RotorVoltage {
+        /// 1/32,768 of the longest vector that the supply allows.
+        voltage_q: i16,
+    },
     /// Velocity control.
     Velocity {
         /// Counts/s.
@@ -92,7 +97,10 @@ impl Demand {
         // At its very end a segment still has its slope; only a late successor finds it at rest.
         let running = |duration: u32| elapsed_ns <= duration;
         match *self {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Point::default(),
+            Demand::Off
+            | Demand::Idle
+            | Demand::PhaseVoltage { .. }
+            | Demand::RotorVoltage { .. } => Point::default(),
             Demand::Torque {
                 start_pm,
                 slope_pm_per_s,
@@ -149,7 +157,10 @@ impl Demand {
     /// Whether the values change with time.
     pub(crate) fn moves(&self) -> bool {
         match *self {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => false,
+            Demand::Off
+            | Demand::Idle
+            | Demand::PhaseVoltage { .. }
+            | Demand::RotorVoltage { .. } => false,
             Demand::Torque { duration_ns, .. }
             | Demand::TorqueWithAngle { duration_ns, .. }
             | Demand::Velocity { duration_ns, .. }

@@ -2,7 +2,7 @@
 
 use cia402::{Configuration, Demand, Mode};
 use control::modulation::LINEAR_RANGE;
-use control::{Command, FrameSource, Limits};
+use control::{Command, Feedback, FrameSource, Limits};
 
 use crate::parameters::LoopParameters;
 
@@ -17,7 +17,9 @@ pub(crate) fn limits(
 ) -> Limits<f32> {
     let velocity = match demand {
         // In a frame from outside the loops do not know which torque speeds the rotor up.
-        Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => None,
+        Demand::TorqueWithAngle { .. }
+        | Demand::PhaseVoltage { .. }
+        | Demand::RotorVoltage { .. } => None,
         Demand::Torque { .. } => max_motor_velocity,
         _ if mode == Mode::IDLE => max_motor_velocity,
         _ => configuration.max_velocity,
@@ -27,6 +29,9 @@ pub(crate) fn limits(
         velocity: velocity.unwrap_or(f32::MAX),
     }
 }
+
+/// A demand lasts a millisecond.
+const TICK_NS: u32 = 1_000_000;
 
 /// 1/32,768 of the longest voltage vector at a supply of 1 V (P3 l.262).
 const VOLTAGE_UNIT: f32 = LINEAR_RANGE / 32_768.0;
@@ -93,6 +98,14 @@ pub(crate) fn command(
             },
             ..base
         },
+        Demand::RotorVoltage { voltage_q } => Command {
+            frame: FrameSource {
+                voltage_given: true,
+                voltage_q_v: f32::from(voltage_q) * VOLTAGE_UNIT * bus_voltage_v,
+                ..FrameSource::rotor()
+            },
+            ..base
+        },
         Demand::Velocity {
             start,
             acceleration,
@@ -127,6 +140,26 @@ pub(crate) fn command(
             periods: loops.timing.control_periods(duration_ns),
             ..base
         },
+    }
+}
+
+/// A command for a velocity, followed by the position that it leads to from the demand of now on.
+pub(crate) fn by_position(
+    command: Command<f32>,
+    feedback: &Feedback<f32>,
+    loops: &LoopParameters,
+) -> Command<f32> {
+    if !command.velocity_loop {
+        return command;
+    }
+    Command {
+        velocity_loop: false,
+        position_loop: true,
+        position: feedback.next_position,
+        fraction: feedback.next_fraction,
+        // Until the next millisecond's comes.
+        periods: command.periods.max(loops.timing.control_periods(TICK_NS)),
+        ..command
     }
 }
 

@@ -199,7 +199,7 @@ pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
         vl_velocity: objects
             .vl_velocity
             .map_or(0, |field| image.number(field) as i16),
-        torque_pm: count(image, objects.torque) as i16,
+        torque_pm: count(image, objects.torque).clamp(i16::MIN.into(), i16::MAX.into()) as i16,
         position_offset: offset(objects.position_offset),
         velocity_offset: offset(objects.velocity_offset),
         torque_offset_pm: offset(objects.torque_offset) as i16,

@@ -33,6 +33,9 @@ pub struct Drive<M, O = (), B: Body = OneAxis> {
     axes: B::List<ControlPart>,
 }
 
+/// A drive, and what was wrong with its stored parameters.
+pub type Built<M, O = (), B = OneAxis> = (Drive<M, O, B>, Option<store::Damage>);
+
 /// The control half of one axis.
 #[derive(Clone, Debug)]
 struct ControlPart {
@@ -76,7 +79,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M, O, B>, Option<store::Damage>), ParameterError> {
+    ) -> Result<Built<M, O, B>, ParameterError> {
         let made: Made<M, O, B> =
             Comms::build(personality, hardware, memory, id, serial, stored, health)?;
         let (comms, parameters, damage) = made;

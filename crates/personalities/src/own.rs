@@ -2,9 +2,9 @@
 
 use can::Frame;
 use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
-use cia402::{Demand, Mode, State};
+use cia402::{Configuration, Demand, Mode, State, Targets};
 
-use crate::{Personality, p3_jpl};
+use crate::{Personality, p3_jpl, roboteq};
 
 /// What a drive's own behaviour sees of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +78,8 @@ pub struct Orders {
     pub new_demand: bool,
     /// A parameter of the motor or a controller in the image has changed.
     pub new_parameters: bool,
+    /// Targets in the image have changed: as if the master had written each of them.
+    pub new_targets: bool,
     /// Parameters are to be stored; [`OwnBehaviour::store_done`] tells when they are. No master gets
     /// an answer of it.
     pub store: Option<store::Request>,
@@ -158,6 +160,23 @@ pub trait OwnBehaviour: core::fmt::Debug {
         let _ = (image, view);
     }
 
+    /// What the master wants of an axis, as the objects have it: corrects what has another unit or limit
+    /// at present.
+    fn targets(&self, axis: u8, image: &Image<'_>, targets: &mut Targets) {
+        let _ = (axis, image, targets);
+    }
+
+    /// An axis's configuration, as the objects have it: adds what has another form here.
+    fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
+        let _ = (axis, image, configuration);
+    }
+
+    /// A velocity demand is followed by the position that it leads to.
+    fn integrates_velocity(&self, axis: u8) -> bool {
+        let _ = axis;
+        false
+    }
+
     /// A demand that takes the place of the axis's, as long as there is one.
     fn demand(&self, axis: u8) -> Option<&Demand> {
         let _ = axis;
@@ -179,6 +198,12 @@ pub trait OwnBehaviour: core::fmt::Debug {
     fn causes(&self) -> u32 {
         0
     }
+
+    /// Those of an axis, where they differ between them.
+    fn axis_causes(&self, axis: u8) -> u32 {
+        let _ = axis;
+        self.causes()
+    }
 }
 
 /// No own behaviour.
@@ -193,15 +218,23 @@ pub enum OwnKind {
     Nothing,
     /// [`p3_jpl::Behaviour`].
     P3Jpl,
+    /// A Roboteq controller's.
+    Roboteq,
 }
 
 /// The own behaviour of any personality, chosen at run time.
 #[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a virtual drive has one of them, and nothing here allocates"
+)]
 pub enum AnyOwn {
     /// None.
     Nothing(()),
     /// The P3 of 2016.
     P3Jpl(p3_jpl::Behaviour),
+    /// A Roboteq controller's.
+    Roboteq(roboteq::own::Roboteq),
 }
 
 impl AnyOwn {
@@ -209,6 +242,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Roboteq(own) => own,
         }
     }
 
@@ -216,6 +250,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Roboteq(own) => own,
         }
     }
 }
@@ -225,6 +260,7 @@ impl OwnBehaviour for AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
             OwnKind::P3Jpl => AnyOwn::P3Jpl(p3_jpl::Behaviour::new(personality, image)),
+            OwnKind::Roboteq => AnyOwn::Roboteq(OwnBehaviour::new(personality, image)),
         }
     }
 
@@ -265,6 +301,22 @@ impl OwnBehaviour for AnyOwn {
 
     fn publish(&self, image: &mut Image<'_>, view: &AxisView) {
         self.inner().publish(image, view);
+    }
+
+    fn targets(&self, axis: u8, image: &Image<'_>, targets: &mut Targets) {
+        self.inner().targets(axis, image, targets);
+    }
+
+    fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
+        self.inner().configuration(axis, image, configuration);
+    }
+
+    fn integrates_velocity(&self, axis: u8) -> bool {
+        self.inner().integrates_velocity(axis)
+    }
+
+    fn axis_causes(&self, axis: u8) -> u32 {
+        self.inner().axis_causes(axis)
     }
 
     fn demand(&self, axis: u8) -> Option<&Demand> {

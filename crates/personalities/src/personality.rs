@@ -4,7 +4,7 @@ use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended, p3_jpl,
+    p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -95,7 +95,14 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &p3_jpl::P3_JPL];
+pub static ALL: &[&Personality] = &[
+    &p3::P3,
+    &p3_extended::P3_EXTENDED,
+    &p3_jpl::P3_JPL,
+    &roboteq::ROBOTEQ,
+    &roboteq::ROBOTEQ_2,
+    &roboteq::ROBOTEQ_3,
+];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

@@ -52,7 +52,7 @@ pub use encoder::{Encoder, EncoderFault, field_at};
 pub use inverter::{Bridge, Inverter};
 pub use load::{Coupling, Load, Pendulum, Stops};
 pub use mechanics::Mechanics;
-pub use motor::{EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
+pub use motor::{EC_45_FLAT_339281, EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
 pub use parameters::{COMPLETE_P3, FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
 pub use ripple::Cogging;

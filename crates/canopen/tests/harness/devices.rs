@@ -240,6 +240,7 @@ pub static P3_LIKE: Device = Device::new(
         emcy_inhibit: false,
         produces_sync: false,
         remote_requests: false,
+        tpdo_forbids_remote: false,
         extended_identifiers: false,
         lss: false,
         tpdo_in_pre_operational: true,

@@ -35,7 +35,7 @@ impl Axis {
                 torque_pm: 0.0,
                 ..motor
             },
-            Demand::Idle => Present {
+            Demand::Idle | Demand::RotorVoltage { .. } => Present {
                 torque_pm: 0.0,
                 ..motor
             },

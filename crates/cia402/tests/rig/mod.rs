@@ -205,7 +205,10 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
+            Demand::Off
+            | Demand::Idle
+            | Demand::PhaseVoltage { .. }
+            | Demand::RotorVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
@@ -301,7 +304,7 @@ impl Rig {
                 self.actual.electrical_angle = angle;
                 self.actual.torque_pm = 0.0;
             }
-            Demand::Off | Demand::Idle => {
+            Demand::Off | Demand::Idle | Demand::RotorVoltage { .. } => {
                 self.actual.torque_pm = 0.0;
             }
         }

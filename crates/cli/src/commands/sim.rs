@@ -58,6 +58,9 @@ pub(crate) struct Arguments {
     /// [default: p3]
     #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
     drive: Option<&'static Personality>,
+    /// With so many motor channels, of a drive that comes with several numbers of them: 1, 2 or 3.
+    #[arg(long, value_name = "N", requires = "drive")]
+    channels: Option<u8>,
     /// Their node IDs: 5, 1-3 or 1,4; unconfigured:3 for three drives without one, which wait for
     /// an LSS master; or both, as in 1-2,unconfigured:3 [default: 1-3]
     #[arg(long, allow_hyphen_values = true)]

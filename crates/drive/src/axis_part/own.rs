@@ -89,7 +89,11 @@ impl AxisPart {
         self.new_command |= orders.new_demand;
         if orders.new_parameters {
             self.configure_loops(common, image);
-            self.configure(image);
+            self.configure(common.own, image);
+        }
+        if orders.new_targets {
+            self.take_targets(common, image, |_| true);
+            self.take_demand();
         }
     }
 }

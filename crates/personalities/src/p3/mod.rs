@@ -51,9 +51,10 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     tpdo_type_0_is_cyclic: true,              // P13
     pdo_events: false,                        // P51
     emergencies: true,
-    emcy_inhibit: false,           // stored without effect
-    produces_sync: false,          // 0x1006 is read only
-    remote_requests: false,        // l.174
+    emcy_inhibit: false,    // stored without effect
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.174
+    tpdo_forbids_remote: false,
     extended_identifiers: false,   // l.178
     lss: false,                    // not mentioned
     tpdo_in_pre_operational: true, // P14

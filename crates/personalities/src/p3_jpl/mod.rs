@@ -45,15 +45,16 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     acknowledge_data: AcknowledgeData::Echo, // J1, J2, J3
     sdo: SdoTransfers::Expedited,            // l.42, l.43
     range_abort: RangeAbort::TooHighTooLow,
-    reconfigure_while_valid: true,  // l.210
-    short_mapping: true,            // J4
-    rpdo_sync: RpdoSync::Nth,       // l.123
-    tpdo_type_0_is_cyclic: true,    // l.230
-    pdo_events: false,              // J16
-    emergencies: false,             // J16
-    emcy_inhibit: false,            // J16
-    produces_sync: false,           // 0x1006 is read only
-    remote_requests: false,         // l.46
+    reconfigure_while_valid: true, // l.210
+    short_mapping: true,           // J4
+    rpdo_sync: RpdoSync::Nth,      // l.123
+    tpdo_type_0_is_cyclic: true,   // l.230
+    pdo_events: false,             // J16
+    emergencies: false,            // J16
+    emcy_inhibit: false,           // J16
+    produces_sync: false,          // 0x1006 is read only
+    remote_requests: false,        // l.46
+    tpdo_forbids_remote: false,
     extended_identifiers: false,    // l.51
     lss: false,                     // not mentioned
     tpdo_in_pre_operational: false, // J20

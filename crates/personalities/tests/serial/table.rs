@@ -1,7 +1,9 @@
 //! Each command and the objects that it means, written out once more.
 
+use canopen::Access;
 use personalities::roboteq::command_line::{COMMANDS, SERIAL};
-use personalities::serial::Kind;
+use personalities::roboteq::{ROBOTEQ, ROBOTEQ_2, ROBOTEQ_3};
+use personalities::serial::{Action, Kind, Of};
 
 use crate::harness::Bench;
 
@@ -308,4 +310,46 @@ fn the_table_is_complete_and_without_doubles() {
 #[test]
 fn a_byte_takes_86_microseconds() {
     assert_eq!(SERIAL.byte_ns(), 86_806);
+}
+
+/// Every object that a command means is there for each channel, an integer, and can be read or written.
+#[test]
+fn every_command_has_its_objects_in_every_controller() {
+    for controller in [&ROBOTEQ, &ROBOTEQ_2, &ROBOTEQ_3] {
+        let port = controller.serial.expect("a serial line");
+        let channels = u8::try_from(controller.axes.len()).expect("a few");
+        let mut checked = 0;
+        for command in port.commands {
+            let (object, writes) = match command.action {
+                Action::Read(object) => (object, false),
+                Action::Write(object) => (object, true),
+                Action::Echo | Action::Store => continue,
+            };
+            let (channels, steps) = match command.of {
+                Of::Drive | Of::Order => (1, 1),
+                Of::Channel => (channels, 1),
+                Of::Pair => (channels, 2),
+                Of::Elements(count) => (1, count),
+            };
+            for channel in 0..channels {
+                for step in 0..steps {
+                    let at = object.at(channel, step);
+                    let mut rows = controller.device.table.rows().iter();
+                    let row = rows.find(|row| {
+                        row.address.index == at.index
+                            && (row.address.sub..row.address.sub + row.count).contains(&at.sub)
+                    });
+                    let row = row.unwrap_or_else(|| panic!("{} {at}", command.name));
+                    assert!(row.data_type.bounds().is_some(), "{} {at}", command.name);
+                    let may_not = match writes {
+                        true => matches!(row.access, Access::Constant | Access::ReadOnly),
+                        false => row.access == Access::WriteOnly,
+                    };
+                    assert!(!may_not, "{} {at}", command.name);
+                    checked += 1;
+                }
+            }
+        }
+        assert!(checked > 60, "{checked}");
+    }
 }

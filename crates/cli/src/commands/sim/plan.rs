@@ -10,7 +10,7 @@ use personalities::Personality;
 use personalities::p3::P3;
 
 use super::{Arguments, named_drives, store_message};
-use crate::{Failure, scenario_file, time_span};
+use crate::{Failure, drive_kind, scenario_file, time_span};
 
 /// The drives that there are unless somebody says.
 const USUAL_NODES: [u8; 3] = [1, 2, 3];
@@ -52,6 +52,10 @@ impl Plan {
             let ns = time_span::nanoseconds(time);
             Instant::ZERO.plus_ns(ns)
         });
+        let kind = arguments
+            .drive
+            .map(|drive| drive_kind::with_channels(drive, arguments.channels))
+            .transpose()?;
         let doubled = [
             ("--nodes", arguments.nodes.is_some()),
             ("--drive", arguments.drive.is_some()),
@@ -73,7 +77,7 @@ impl Plan {
                 .nodes
                 .as_ref()
                 .map(|nodes| nodes.places().collect()),
-            kind: arguments.drive,
+            kind,
         };
         Ok(Plan::new(
             scenario,
