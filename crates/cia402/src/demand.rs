@@ -33,6 +33,16 @@ pub enum Demand {
         /// Length of the segment.
         duration_ns: u32,
     },
+    /// The phases are shorted: no voltage, and a motor that turns brakes itself. No mode of the axis
+    /// demands it, but a drive's own behaviour may.
+    Shorted,
+    /// A voltage vector that turns by itself, for measuring; no controller. From own behaviour, too.
+    TurningVoltage {
+        /// Electrical turns per second.
+        turns_per_s: f32,
+        /// Its length, 1/32,768 of the longest vector that the supply allows.
+        voltage: i16,
+    },
     /// A voltage vector in an electrical frame from outside; no controller.
     PhaseVoltage {
         /// Electrical angle of the frame's d axis from phase A, 1/65,536 turn.
@@ -99,8 +109,10 @@ impl Demand {
         match *self {
             Demand::Off
             | Demand::Idle
-            | Demand::PhaseVoltage { .. }
-            | Demand::RotorVoltage { .. } => Point::default(),
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
+            | Demand::PhaseVoltage { .. } => Point::default(),
             Demand::Torque {
                 start_pm,
                 slope_pm_per_s,
@@ -159,8 +171,10 @@ impl Demand {
         match *self {
             Demand::Off
             | Demand::Idle
-            | Demand::PhaseVoltage { .. }
-            | Demand::RotorVoltage { .. } => false,
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
+            | Demand::PhaseVoltage { .. } => false,
             Demand::Torque { duration_ns, .. }
             | Demand::TorqueWithAngle { duration_ns, .. }
             | Demand::Velocity { duration_ns, .. }

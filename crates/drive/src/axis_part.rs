@@ -13,7 +13,7 @@ use personalities::{AxisPersonality, Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
 use crate::command::{by_position, command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::configuration::{max_motor_velocity, read_configuration, read_targets};
 use crate::faults::{AxisFaults, Happened, Observation};
 use crate::gains::Direct;
 use crate::inputs::{self, Asked, Word, analog_target};
@@ -319,9 +319,13 @@ impl AxisPart {
                 &self.loops,
                 self.feedback.bus_voltage_v,
             );
-            match own.integrates_velocity(self.number) {
+            let command = match own.integrates_velocity(self.number) {
                 true => by_position(command, &self.feedback, &self.loops),
                 false => command,
+            };
+            Command {
+                current_limit: self.own_limit(own).unwrap_or(command.current_limit),
+                ..command
             }
         })
     }
@@ -329,14 +333,24 @@ impl AxisPart {
     /// Limits that changed while the demand goes on.
     pub(crate) fn take_limits<O: OwnBehaviour>(&mut self, own: &O) -> Option<Limits<f32>> {
         core::mem::take(&mut self.new_limits).then(|| {
-            limits(
+            let limits = limits(
                 self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
-            )
+            );
+            Limits {
+                current_a: self.own_limit(own).unwrap_or(limits.current_a),
+                ..limits
+            }
         })
+    }
+
+    /// The greatest current of own behaviour's demand.
+    fn own_limit<O: OwnBehaviour>(&self, own: &O) -> Option<f32> {
+        own.demand(self.number)?;
+        own.current_limit_a(self.number)
     }
 
     pub(crate) fn take_parameters<O: OwnBehaviour>(
@@ -389,7 +403,7 @@ impl AxisPart {
     fn configure<O: OwnBehaviour>(&mut self, own: &O, image: &Image<'_>) {
         let objects = &self.its.objects;
         self.configuration = self.read_configuration(own, image);
-        self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
+        self.max_motor_velocity = max_motor_velocity(image, objects);
         self.new_limits = true;
         self.new_captures.add(News::INVERTED);
     }

@@ -19,13 +19,20 @@ pub(crate) fn limits(
         // In a frame from outside the loops do not know which torque speeds the rotor up.
         Demand::TorqueWithAngle { .. }
         | Demand::PhaseVoltage { .. }
+        | Demand::TurningVoltage { .. }
         | Demand::RotorVoltage { .. } => None,
         Demand::Torque { .. } => max_motor_velocity,
         _ if mode == Mode::IDLE => max_motor_velocity,
         _ => configuration.max_velocity,
     };
+    let torque_a = configuration.max_torque_pm * loops.amperes_per_pm;
     Limits {
-        current_a: configuration.max_torque_pm * loops.amperes_per_pm,
+        current_a: match demand {
+            // Nothing is controlled.
+            Demand::Shorted => f32::MAX,
+            _ if torque_a > loops.greatest_a => loops.greatest_a,
+            _ => torque_a,
+        },
         velocity: velocity.unwrap_or(f32::MAX),
     }
 }
@@ -84,6 +91,28 @@ pub(crate) fn command(
             },
             ..base
         },
+        Demand::Shorted => Command {
+            shorted: true,
+            frame: FrameSource {
+                angle_given: true,
+                voltage_given: true,
+                ..FrameSource::rotor()
+            },
+            ..base
+        },
+        Demand::TurningVoltage {
+            turns_per_s,
+            voltage,
+        } => Command {
+            frame: FrameSource {
+                angle_given: true,
+                turn: (turns_per_s * loops.timing.control_period_s() * TURN) as i32,
+                voltage_given: true,
+                voltage_d_v: f32::from(voltage) * VOLTAGE_UNIT * bus_voltage_v,
+                ..FrameSource::rotor()
+            },
+            ..base
+        },
         Demand::PhaseVoltage {
             angle,
             voltage_d,
@@ -92,6 +121,7 @@ pub(crate) fn command(
             frame: FrameSource {
                 angle_given: true,
                 angle: turn(angle),
+                turn: 0,
                 voltage_given: true,
                 voltage_d_v: f32::from(voltage_d) * VOLTAGE_UNIT * bus_voltage_v,
                 voltage_q_v: f32::from(voltage_q) * VOLTAGE_UNIT * bus_voltage_v,
@@ -162,6 +192,9 @@ pub(crate) fn by_position(
         ..command
     }
 }
+
+/// Units of a turn of an electrical angle.
+const TURN: f32 = 4_294_967_296.0;
 
 /// From 1/65,536 turn to 2⁻³² turn.
 fn turn(angle: i16) -> i32 {

@@ -33,9 +33,6 @@ pub struct Drive<M, O = (), B: Body = OneAxis> {
     axes: B::List<ControlPart>,
 }
 
-/// A drive, and what was wrong with its stored parameters.
-pub type Built<M, O = (), B = OneAxis> = (Drive<M, O, B>, Option<store::Damage>);
-
 /// The control half of one axis.
 #[derive(Clone, Debug)]
 struct ControlPart {
@@ -47,6 +44,9 @@ struct ControlPart {
     torque_lost: bool,
     signals: Signals,
 }
+
+/// A drive, and what was wrong with its stored parameters.
+pub type MadeDrive<M, O = (), B = OneAxis> = (Drive<M, O, B>, Option<store::Damage>);
 
 impl<M: NodeMemory, O: OwnBehaviour> Drive<M, O> {
     /// A drive with one axis; see [`Comms::new`].
@@ -79,7 +79,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<Built<M, O, B>, ParameterError> {
+    ) -> Result<MadeDrive<M, O, B>, ParameterError> {
         let made: Made<M, O, B> =
             Comms::build(personality, hardware, memory, id, serial, stored, health)?;
         let (comms, parameters, damage) = made;

@@ -2,7 +2,7 @@
 
 use can::Frame;
 use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
-use cia402::{Configuration, Demand, Mode, State, Targets};
+use cia402::{Conditions, Configuration, Demand, Mode, State, Targets};
 
 use crate::{Personality, p3_jpl, roboteq};
 
@@ -57,6 +57,16 @@ pub struct AxisView {
     pub velocity_limited: bool,
     /// I²t allows no more than the continuous current.
     pub i2t_active: bool,
+    /// Limits at work.
+    pub conditions: Conditions,
+    /// Current converters of phases A and B, converter counts, smoothed.
+    pub phase_adc: [f32; 2],
+    /// Their reading at no current, as the board's design says.
+    pub phase_adc_zero: f32,
+    /// The encoder's magnet is at its place.
+    pub magnet_is_good: bool,
+    /// Angle of an encoder on the output, turns from 0 to 1, if one is there and answers.
+    pub output_encoder: Option<f32>,
 }
 
 /// What a drive's own behaviour wants done, beside what it answers. Carried out in the order of the
@@ -181,6 +191,17 @@ pub trait OwnBehaviour: core::fmt::Debug {
     fn demand(&self, axis: u8) -> Option<&Demand> {
         let _ = axis;
         None
+    }
+
+    /// The greatest current of that demand, A; `None`: as the axis's.
+    fn current_limit_a(&self, axis: u8) -> Option<f32> {
+        let _ = axis;
+        None
+    }
+
+    /// A frame from the bus, whoever it is for; the node gets it, too.
+    fn heard(&mut self, frame: &Frame, id: NodeId) {
+        let _ = (frame, id);
     }
 
     /// What was to be stored is stored (`true`), or could not be: asked for by a master or by
@@ -321,6 +342,14 @@ impl OwnBehaviour for AnyOwn {
 
     fn demand(&self, axis: u8) -> Option<&Demand> {
         self.inner().demand(axis)
+    }
+
+    fn current_limit_a(&self, axis: u8) -> Option<f32> {
+        self.inner().current_limit_a(axis)
+    }
+
+    fn heard(&mut self, frame: &Frame, id: NodeId) {
+        self.inner_mut().heard(frame, id);
     }
 
     fn store_done(&mut self, stored: bool) {

@@ -4,7 +4,7 @@ use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended, p3_jpl, roboteq,
+    md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -35,7 +35,7 @@ pub struct Personality {
     /// 0x1018,4: the serial number, which each device sets for itself.
     pub serial_number: Option<canopen::Handle<u32>>,
     /// The object by which the node ID is changed, if there is one (the P3's 0x21B0).
-    pub node_id: Option<(canopen::Address, canopen::Handle<u16>)>,
+    pub node_id: Option<NodeIdObject>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
     /// The object that switches the bus's terminating resistor, if there is one.
@@ -46,6 +46,18 @@ pub struct Personality {
     pub serial: Option<&'static SerialPort>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
+}
+
+/// An object that is the node ID.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeIdObject {
+    /// The object.
+    pub address: canopen::Address,
+    /// Where it lies, an unsigned number.
+    pub field: canopen::Field,
+    /// A new one counts once its write is acknowledged. If not, from the next start on that finds it
+    /// stored.
+    pub at_once: bool,
 }
 
 impl Personality {
@@ -102,6 +114,7 @@ pub static ALL: &[&Personality] = &[
     &roboteq::ROBOTEQ,
     &roboteq::ROBOTEQ_2,
     &roboteq::ROBOTEQ_3,
+    &md80::MD80,
 ];
 
 /// The personality of that name.

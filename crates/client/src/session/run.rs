@@ -43,8 +43,8 @@ pub(crate) struct Driven {
     pub(crate) sample: Sample,
     /// Per mille of rated torque.
     pub(crate) torque_pm: f64,
-    /// Since when this torque, in samples.
-    pub(crate) age: usize,
+    /// Since when this torque, s; 0 at the sample with whose SYNC it began to act.
+    pub(crate) age_s: f64,
 }
 
 /// Samples, one each millisecond, that one direction of torque may take.
@@ -120,7 +120,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             }
             .into());
         }
-        let mut age = 0;
+        let mut since_s = 0.0;
         let mut before = 0;
         Ok(samples
             .into_iter()
@@ -129,12 +129,14 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
                 let n = sample.number.checked_sub(1);
                 let torque = n.and_then(|n| torques.get(n)).copied();
                 let torque = torque.unwrap_or(0);
-                age = if torque == before { age + 1 } else { 0 };
+                if torque != before {
+                    since_s = sample.time_s;
+                }
                 before = torque;
                 Driven {
+                    age_s: sample.time_s - since_s,
                     sample,
                     torque_pm: torque as f64,
-                    age,
                 }
             })
             .collect())

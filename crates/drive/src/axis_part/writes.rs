@@ -108,7 +108,11 @@ impl AxisPart {
             .axis
             .write_controlword(word, &self.configuration, &targets, &actual);
         if outcome.fault_reset {
-            self.faults.reset();
+            self.faults.reset(self.personality.faults);
+            if self.faults.has_fault() {
+                // A critical one.
+                self.axis.fault();
+            }
         }
         self.take_demand();
     }

@@ -40,7 +40,8 @@ pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictio
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
-    short_requests: true,                    // J10
+    short_requests: true, // J10
+    zero_padded_writes: false,
     upload_reply: UploadReply::Unsized,      // l.44
     acknowledge_data: AcknowledgeData::Echo, // J1, J2, J3
     sdo: SdoTransfers::Expedited,            // l.42, l.43
@@ -50,10 +51,11 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     rpdo_sync: RpdoSync::Nth,      // l.123
     tpdo_type_0_is_cyclic: true,   // l.230
     pdo_events: false,             // J16
-    emergencies: false,            // J16
-    emcy_inhibit: false,           // J16
-    produces_sync: false,          // 0x1006 is read only
-    remote_requests: false,        // l.46
+    type_254_by_timer: false,
+    emergencies: false,     // J16
+    emcy_inhibit: false,    // J16
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.46
     tpdo_forbids_remote: false,
     extended_identifiers: false,    // l.51
     lss: false,                     // not mentioned
@@ -70,6 +72,8 @@ pub const CIA402: cia402::Dialect = cia402::Dialect {
     mode_display_cleared_on_enable: false,
     ramps_on_stop: false,
     halt_bit: false,
+    set_points_at_once: false,
+    resting_modes: cia402::ModeSet::EMPTY,
     remote_bit: false,
     modes: axis::MODES,
 };

@@ -146,7 +146,7 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
         targets: TargetObjects {
             position: plain(objects, base + 0x7A, 0),
             velocity: scaled(objects, base + 0xFF, 0, PER_RPM),
-            torque: scaled(objects, base + 0x71, 0, PER_TENTH_AMPERE),
+            torque: Some(scaled(objects, base + 0x71, 0, PER_TENTH_AMPERE)),
             vl_velocity: Some(objects.need(base + 0x42, 0)),
             interpolation_data: None,
             interpolation_clear: None,
@@ -218,5 +218,6 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
         homing: None,
         rated_torque_nm: Figure::Fixed(motor::RATED_A * motor::TORQUE_CONSTANT),
         polarity: None,
+        gear: None,
     }
 }

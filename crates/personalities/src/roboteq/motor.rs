@@ -7,7 +7,7 @@
 //! winding of the same sheet, 0.56 mH and 92.5 gcm²; four times the first for twice the turns. Eight
 //! pole pairs. The encoder on it has 1,024 lines, 4,096 counts.
 
-use crate::{AmplifierObjects, Figure, GainObjects, LoopObjects, MotorObjects};
+use crate::{AmplifierObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects};
 
 /// Encoder counts of a turn.
 pub(super) const COUNTS: f32 = 4096.0;
@@ -25,7 +25,7 @@ pub(super) const MOTOR: MotorObjects = MotorObjects {
     torque_constant: Figure::Fixed(TORQUE_CONSTANT),
     terminal_resistance: Figure::Fixed(4.83),
     terminal_inductance: Figure::Fixed(2.24e-3),
-    rotor_inertia: Figure::Fixed(92.5e-7),
+    rotor_inertia: Some(Figure::Fixed(92.5e-7)),
     continuous_current: Figure::Fixed(RATED_A),
     // The controller limits its current, and knows no heat of the motor.
     peak_current: Figure::Fixed(0.0),
@@ -36,6 +36,7 @@ pub(super) const MOTOR: MotorObjects = MotorObjects {
     encoder_resolution: Figure::Fixed(COUNTS),
     encoder_lag: Figure::Fixed(0.0),
     i2t_rule: None,
+    may_be_unset: false,
 };
 
 /// What they know of the power stage, that of a virtual drive at 24 V.
@@ -43,13 +44,14 @@ pub(super) const AMPLIFIER: AmplifierObjects = AmplifierObjects {
     pwm_frequency_hz: Figure::Fixed(100_000.0),
     pwm_per_control: 5,
     max_current: Figure::Fixed(4.0),
+    max_of_rated_current: None,
     max_phase_voltage: Figure::Fixed(40.0),
     current_zero: [Figure::Fixed(1833.0), Figure::Fixed(2071.0)],
     gains: GainObjects {
         current_d: controller(1000.0),
         current_q: controller(1000.0),
-        velocity: controller(50.0),
-        position: controller(10.0),
+        velocity: MotionLoop::Tuned(controller(50.0)),
+        position: MotionLoop::Tuned(controller(10.0)),
         acceleration_feed_forward: 1.0,
     },
 };
@@ -57,7 +59,7 @@ pub(super) const AMPLIFIER: AmplifierObjects = AmplifierObjects {
 const fn controller(bandwidth_hz: f32) -> LoopObjects {
     LoopObjects {
         bandwidth: Figure::Fixed(bandwidth_hz),
-        damping: Figure::Fixed(1.0),
+        damping: Some(Figure::Fixed(1.0)),
         direct: None,
     }
 }

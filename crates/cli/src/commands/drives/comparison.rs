@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use canopen::{
-    AcknowledgeData, Default, RangeAbort, Row as Object, RpdoSync, SdoTransfers, UploadReply,
+    Access, AcknowledgeData, Default, RangeAbort, Row as Object, RpdoSync, SdoTransfers,
+    UploadReply,
 };
 use cia402::Mode;
 use personalities::{Cause, FaultRow, Kind, Personality};
@@ -90,8 +91,9 @@ fn general(drives: Drives<'_>) -> Part {
         }
     };
     let objects = |drive: &Personality| {
-        let rows = drive.device.table.rows();
-        let count: u32 = rows.iter().map(|row| u32::from(row.count)).sum();
+        let rows = drive.device.table.rows().iter();
+        let seen = rows.filter(|row| row.access != Access::Internal);
+        let count: u32 = seen.map(|row| u32::from(row.count)).sum();
         count.to_string()
     };
     Part {
@@ -182,10 +184,8 @@ fn services(drives: Drives<'_>) -> Part {
             row("RPDOs", drives, |drive| run(drive, 0x1400, 512, 1)),
             row("TPDOs", drives, |drive| run(drive, 0x1800, 512, 1)),
             row("objects in a PDO", drives, |drive| {
-                let Some(row) = self::object(drive, 0x1A00, 1) else {
-                    return NONE.to_owned();
-                };
-                row.count.to_string()
+                let highest = drive.device.table.highest_sub_index(0x1A00);
+                highest.map_or(NONE.to_owned(), |highest| highest.to_string())
             }),
             row("RPDO type n is applied with", drives, rpdo_sync),
             flag("TPDO type 0 on every SYNC", |dialect| {
@@ -295,6 +295,7 @@ fn error(drive: &Personality, row: &FaultRow) -> String {
     let kind = match row.kind {
         Kind::Warning => "warning",
         Kind::Fault => "fault",
+        Kind::Critical => "critical fault",
     };
     match drive.device.dialect.emergencies {
         true => format!("0x{:04X} {kind}", row.code),
