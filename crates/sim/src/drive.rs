@@ -20,7 +20,7 @@ use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
 use crate::serial::SerialLine;
-use crate::world;
+use crate::{commissioned, world};
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -46,7 +46,8 @@ pub struct DriveSettings {
 const FRICTION_SHARE: f64 = 0.02;
 
 impl DriveSettings {
-    /// A drive with the usual motor, turning freely, and an empty store in memory.
+    /// A drive with its usual motor, turning freely, and in memory what it has stored as it is delivered:
+    /// for most nothing, for one that knows no motor by itself what a commissioning has left.
     pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
         DriveSettings::at(Place::of_node(node), personality)
     }
@@ -55,6 +56,7 @@ impl DriveSettings {
     /// one. Without LSS it stays mute.
     pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
         let mut plant = world::of(personality);
+        let stored = commissioned::stored(personality);
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;
@@ -63,8 +65,14 @@ impl DriveSettings {
             personality,
             plant,
             others: Vec::new(),
-            store: FlashFile::memory(Vec::new()),
+            store: FlashFile::memory(stored),
         }
+    }
+
+    /// As out of the box: with nothing stored.
+    pub fn factory(mut self) -> DriveSettings {
+        self.store = FlashFile::memory(Vec::new());
+        self
     }
 }
 

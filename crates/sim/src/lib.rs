@@ -11,6 +11,7 @@
 //! can be repeated.
 mod axes;
 mod bus;
+mod commissioned;
 mod controller;
 mod data_sheet;
 mod disturbance;
