@@ -76,6 +76,7 @@ impl Personality {
     pub const fn offers(&self, mode: i8) -> bool {
         match self.own {
             OwnKind::P3Jpl => p3_jpl::offers(mode),
+            OwnKind::Roboteq => roboteq::mode(mode).is_some(),
             _ => self.cia402.modes().contains(cia402::Mode(mode)),
         }
     }
