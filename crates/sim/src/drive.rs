@@ -19,6 +19,7 @@ use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
+use crate::serial::SerialLine;
 use crate::{commissioned, world};
 
 /// What a virtual drive is.
@@ -127,7 +128,7 @@ pub struct VirtualDrive {
     personality: &'static Personality,
     serial: u32,
     /// `None` while it boots, and while it has no node ID.
-    core: Option<Core>,
+    pub(crate) core: Option<Core>,
     pub(crate) processor: Processor,
     /// For each axis; there is one at least.
     pub(crate) plants: Vec<Plant<f32>>,
@@ -135,6 +136,7 @@ pub struct VirtualDrive {
     made: Vec<Parameters>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
+    pub(crate) serial_line: Option<SerialLine>,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
     pub(crate) latency: Latency,
@@ -175,6 +177,7 @@ impl VirtualDrive {
             made,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
+            serial_line: SerialLine::of(personality),
             changed_rate: None,
             latency,
             store: settings.store,
@@ -375,6 +378,9 @@ impl VirtualDrive {
             .min(self.boots_at)
             .min(self.store.next_work())
             .min(self.station.next_deadline());
+        if let Some(line) = &self.serial_line {
+            next = next.min(line.next_deadline());
+        }
         if let Some(core) = &self.core {
             next = next.min(core.next_deadline());
         }
@@ -435,6 +441,7 @@ impl VirtualDrive {
             self.store(request, now, notice);
         }
         self.poll_lss(now, notice);
+        self.poll_serial(now);
         self.obey(now);
         self.adopt_timing();
         self.switch_controller(now);
@@ -549,6 +556,9 @@ impl VirtualDrive {
     pub(crate) fn lose_program(&mut self) {
         self.core = None;
         self.station.power_off();
+        if let Some(line) = &mut self.serial_line {
+            line.stop();
+        }
         self.controller.silence(false);
         self.controller.clear();
         self.service_at = Instant::NEVER;
@@ -596,6 +606,9 @@ impl VirtualDrive {
                 }
                 core.start(now);
                 self.core = Some(core);
+                if let Some(line) = &mut self.serial_line {
+                    line.start();
+                }
                 self.adopt_timing();
             }
             Err(error) => notice(NoticeKind::CannotStart(error)),
@@ -633,6 +646,9 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
+        if let Some(line) = &mut self.serial_line {
+            line.stored(result.is_ok());
+        }
         if let Some(core) = &mut self.core {
             core.store_done(result, now);
         }
