@@ -130,6 +130,10 @@ pub(crate) struct Arguments {
     /// are forgotten at the end.
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
+    /// Start drives that have stored nothing as out of the box: an MD80 with zero parameters, to be
+    /// configured and calibrated, instead of commissioned for its sample motor.
+    #[arg(long)]
+    factory: bool,
 }
 
 /// An address, or none at all.
@@ -241,7 +245,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         lose: arguments.lose,
         duplicate: arguments.duplicate,
     };
-    let mut settings = plan.settings(disturbance, arguments.store.as_deref())?;
+    let mut settings = plan.settings(disturbance, arguments.store.as_deref(), arguments.factory)?;
     settings.error_frames = arguments.error_frames;
     // The doors first: a busy port must not cost the user an earlier recording.
     let doors = match endpoints.as_slice() {
