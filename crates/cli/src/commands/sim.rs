@@ -46,6 +46,8 @@ Examples:
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
   servobus sim --drive p3-extended --nodes unconfigured:3 --bit-rate 125k
                                                     drives for an LSS master: servobus lss scan
+  servobus sim --drive roboteq --nodes 1 --serial pty
+                                                    with its command line at a pseudo-terminal
   servobus sim --scenario sag.toml                  with what goes wrong in sag.toml: servobus
                                                     scenario --help
 
