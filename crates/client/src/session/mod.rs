@@ -182,10 +182,7 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
     async fn read_own(&mut self, object: Object) -> Result<i64, Cause> {
         match self.read(object).await {
             Err(Cause::Sdo(error))
-                if matches!(
-                    error.abort(),
-                    Some(Abort::NO_OBJECT | Abort::NO_SUB_INDEX)
-                ) =>
+                if matches!(error.abort(), Some(Abort::NO_OBJECT | Abort::NO_SUB_INDEX)) =>
             {
                 Err(Cause::Foreign { missing: object })
             }
