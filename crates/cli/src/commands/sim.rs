@@ -36,7 +36,7 @@ use crate::{Failure, drive_kind, output, record_file, time_span};
 Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
-  servobus sim --node 1-2=p3 --node 3=p3-jpl        two kinds on one bus; servobus drives lists them
+  servobus sim --node 1-2=p3 --node 3=md80          two kinds on one bus; servobus drives lists them
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
   servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
