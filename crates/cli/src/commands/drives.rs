@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// Which drives. [default: all]
     #[arg(value_name = "DRIVE", value_parser = drive_kind::parse)]
     drives: Vec<&'static Personality>,
-    /// Print JSON: an array of parts with rows, a cell for each drive.
+    /// Print JSON: the drives' names, and parts with rows, a cell for each drive in that order.
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
     /// Print tables in Markdown.
@@ -41,7 +41,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     };
     let parts = comparison::compare(drives);
     if arguments.json {
-        output::print_json(&parts)?;
+        let names: Vec<&str> = drives.iter().map(|drive| drive.name).collect();
+        output::print_json(&serde_json::json!({ "drives": names, "parts": parts }))?;
         return Ok(ExitCode::SUCCESS);
     }
     for (n, part) in parts.iter().enumerate() {
