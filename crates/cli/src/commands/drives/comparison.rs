@@ -219,6 +219,10 @@ fn services(drives: Drives<'_>) -> Part {
             object("store 0x1010", 0x1010, 1),
             object("restore 0x1011", 0x1011, 1),
             object("program download", 0x1F50, 1),
+            row("serial command line", drives, |drive| match drive.serial {
+                Some(port) => format!("{} bit/s", port.bits_per_s),
+                None => NONE.to_owned(),
+            }),
         ],
     }
 }
