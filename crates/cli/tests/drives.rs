@@ -30,8 +30,9 @@ fn the_page_shows_what_the_command_prints() {
 #[test]
 fn some_drives_in_the_order_asked_for() {
     let text = printed(&["drives", "p3-extended", "p3"], 0);
-    let header: Vec<&str> = text.lines().next().unwrap().split_whitespace().collect();
-    assert_eq!(header, ["drive", "p3-extended", "p3"]);
+    let header = text.lines().find(|line| line.starts_with("services "));
+    let header: Vec<&str> = header.unwrap().split_whitespace().collect();
+    assert_eq!(header, ["services", "p3-extended", "p3"]);
     let json: serde_json::Value =
         serde_json::from_str(&printed(&["drives", "p3", "--json"], 0)).unwrap();
     assert_eq!(json["drives"], serde_json::json!(["p3"]));

@@ -99,7 +99,9 @@ fn general(drives: Drives<'_>) -> Part {
     Part {
         title: "drive",
         rows: vec![
-            row("title", drives, |drive| drive.title.to_owned()),
+            row("motor channels", drives, |drive| {
+                drive.axes.len().to_string()
+            }),
             row("bit rates", drives, rates),
             row("objects", drives, objects),
             row("device type 0x1000", drives, |drive| {
@@ -116,7 +118,7 @@ fn modes(drives: Drives<'_>) -> Part {
         .map(|number| {
             let name = match Mode(number).name() {
                 Some(name) => format!("{number} {name}"),
-                None => number.to_string(),
+                None => format!("{number} the maker's own"),
             };
             row(name, drives, |drive| {
                 let mut own = drive.mode_names().iter();
