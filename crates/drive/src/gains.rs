@@ -5,7 +5,7 @@
 
 use canopen::{Address, Image};
 use control::Real;
-use control::tuning::{self, Pi, TuningError};
+use control::tuning::{self, Pd, Pi, TuningError};
 use personalities::{GainObjects, LoopObjects, Scaled};
 
 use crate::configuration::value;
@@ -123,8 +123,7 @@ impl Direct {
         None
     }
 
-    /// The position controller, 1/s, 1/s² and a number. By the rule it is proportional; a damping
-    /// has no part in it.
+    /// The position controller, 1/s, 1/s² and a number. By the rule it has no integral part.
     pub(crate) fn position(
         self,
         image: &Image<'_>,
@@ -132,13 +131,15 @@ impl Direct {
     ) -> Result<Pid, TuningError> {
         match given(image, objects) {
             Some(pid) if self.position => Ok(pid),
-            _ => Ok(Pid {
-                pi: Pi {
-                    kp: tuning::position(value(image, objects.bandwidth))?,
-                    ki: 0.0,
-                },
-                kd: 0.0,
-            }),
+            _ => {
+                let (bandwidth, damping) = (
+                    value(image, objects.bandwidth),
+                    value(image, objects.damping),
+                );
+                let Pd { kp, kd } = tuning::position(bandwidth, damping)?;
+                let pi = Pi { kp, ki: 0.0 };
+                Ok(Pid { pi, kd })
+            }
         }
     }
 
@@ -179,7 +180,16 @@ impl Direct {
         };
         let position = self.position(image, &gains.position).unwrap_or(none);
         // The velocity loop is taken for ideal: position follows velocity demand.
-        show_loop(image, &gains.position, self.position, &position, 1.0, 1.0);
+        let stiffness = Some(1.0 + position.kd);
+        show_loop(
+            image,
+            &gains.position,
+            self.position,
+            &position,
+            stiffness,
+            1.0,
+            1.0,
+        );
         let velocity = self.velocity(image, &gains.velocity, figures);
         let inertia = tuning::acceleration_current(
             figures.inertia_kg_m2,
@@ -191,6 +201,7 @@ impl Direct {
             &gains.velocity,
             self.velocity,
             &velocity.unwrap_or(none),
+            None,
             inertia.unwrap_or(0.0),
             figures.counts_per_turn,
         );
@@ -209,13 +220,14 @@ fn given(image: &Image<'_>, objects: &LoopObjects) -> Option<Pid> {
     })
 }
 
-/// `inertia` is the output for which the controlled quantity's rate is 1, `per_object` the objects'
-/// gain of an internal gain of 1.
+/// `first_order` is the damping of a loop of first order, if it has one, `inertia` the output for which
+/// the controlled quantity's rate is 1, `per_object` the objects' gain of an internal gain of 1.
 fn show_loop(
     image: &mut Image<'_>,
     objects: &LoopObjects,
     is_given: bool,
     pid: &Pid,
+    first_order: Option<f32>,
     inertia: f32,
     per_object: f32,
 ) {
@@ -225,7 +237,7 @@ fn show_loop(
     if is_given {
         let (bandwidth_hz, damping) = equivalent(pid, inertia);
         put(image, objects.bandwidth, bandwidth_hz);
-        if let Some(damping) = damping {
+        if let Some(damping) = damping.or(first_order) {
             put(image, objects.damping, damping);
         }
     } else {
@@ -236,7 +248,7 @@ fn show_loop(
 }
 
 /// The natural frequency, Hz, and the damping ratio of (inertia + kd)·s² + kp·s + ki. Without an
-/// integral part the loop is of first order and has a bandwidth only.
+/// integral part the loop is of first order and has no such damping.
 fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
     let Pid {
         pi: Pi { kp, ki },
@@ -257,5 +269,6 @@ fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
 
 /// Rounded, and held within the object's type; what is not a number is 0.
 fn put(image: &mut Image<'_>, object: Scaled, value: f32) {
-    image.set_number(object.field, (value * object.per_unit + 0.5) as i64);
+    let half = if value < 0.0 { -0.5 } else { 0.5 };
+    image.set_number(object.field, (value * object.per_unit + half) as i64);
 }

@@ -37,10 +37,12 @@ mod probes;
 pub mod program;
 mod publish;
 mod serving;
+mod timing;
 
 pub use captures::CaptureOrder;
 pub use comms::{Comms, Made, Request, stored_node_id};
 pub use drive::{Drive, Hardware};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};
-pub use parameters::{ParameterError, PwmTiming};
+pub use parameters::ParameterError;
+pub use timing::PwmTiming;

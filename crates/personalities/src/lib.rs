@@ -23,9 +23,9 @@ mod personality;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
-    AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, DirectGainObjects,
-    FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects, InputFunction, InputObjects,
-    LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow,
-    VlObjects, WindowObjects,
+    AmplifierObjects, AnalogObjects, AxisObjects, BridgeTimeObjects, ConfigurationObjects,
+    DirectGainObjects, FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects,
+    InputFunction, InputObjects, LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
+    TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
 pub use personality::{ALL, HostObjects, Personality, by_name};

@@ -400,7 +400,9 @@ pub struct AmplifierObjects {
     /// PWM frequency, Hz.
     pub pwm_frequency_hz: Field,
     /// PWM periods per control period.
-    pub pwm_per_control: u32,
+    pub pwm_per_control: u8,
+    /// What switches and converters take their time for; `None`: nothing that the drive knows of.
+    pub times: Option<BridgeTimeObjects>,
     /// Greatest current, A.
     pub max_current: Scaled,
     /// Longest voltage vector, V of phase amplitude.
@@ -409,6 +411,23 @@ pub struct AmplifierObjects {
     pub current_zero: [Field; 2],
     /// The controllers.
     pub gains: GainObjects,
+}
+
+/// What the bridge's switches and the current converters take their time for, ns.
+#[derive(Clone, Copy, Debug)]
+pub struct BridgeTimeObjects {
+    /// For how long after each switching both switches of a half bridge are open.
+    pub dead_time: Field,
+    /// How much later than the timer a switch switches, at least.
+    pub propagation: Field,
+    /// By how much later at most than that.
+    pub propagation_spread: Field,
+    /// For how long after a switching the current sensors do not read a current.
+    pub settling: Field,
+    /// For how long a converter looks.
+    pub sampling: Field,
+    /// After what time beyond that its reading is there.
+    pub conversion: Field,
 }
 
 /// The controllers' bandwidth and damping.
