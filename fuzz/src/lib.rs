@@ -16,3 +16,6 @@ pub mod drive_harness;
 pub mod eds_harness;
 #[path = "../../crates/canopen/tests/sdo_client/harness/mod.rs"]
 pub mod sdo_client_harness;
+
+#[path = "../../crates/personalities/tests/serial/harness.rs"]
+pub mod serial_harness;

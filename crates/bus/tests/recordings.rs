@@ -1,5 +1,6 @@
 //! Recordings, read back by other people's code.
 
+use bus::ErrorFrame;
 use bus::recording::{Content, Direction, Recorder, candump};
 use can::{ExtendedId, Frame, Id, StandardId};
 use mcap::read::Options;
@@ -26,10 +27,10 @@ fn entries() -> Vec<Entry> {
         Frame::remote_frame(extended, 8),
     ];
     let mut contents: Vec<Content> = frames.map(|frame| Content::Frame(frame.unwrap())).into();
-    contents.push(Content::Error {
+    contents.push(Content::Error(ErrorFrame {
         class: 0x204,
         data: [0, 8, 0, 0, 0, 0, 96, 8],
-    });
+    }));
     let directions = [Some(Direction::Sent), Some(Direction::Received), None];
     (0..)
         .zip(contents)

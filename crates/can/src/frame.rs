@@ -23,7 +23,7 @@ impl Frame {
         let mut bytes = [0; 8];
         bytes.get_mut(..data.len())?.copy_from_slice(data);
         Some(Frame {
-            key: key(id.into()),
+            key: Frame::key_of(id),
             len: data.len() as u8,
             data: bytes,
         })
@@ -32,7 +32,7 @@ impl Frame {
     /// A remote frame that asks for `len` bytes. `None` if `len` is over 8.
     pub fn remote_frame(id: impl Into<Id>, len: u8) -> Option<Frame> {
         (len <= 8).then(|| Frame {
-            key: key(id.into()) | REMOTE,
+            key: Frame::key_of(id) | REMOTE,
             len,
             data: [0; 8],
         })
@@ -89,6 +89,14 @@ impl Frame {
         self.key
     }
 
+    /// The [`Frame::key`] of data frames with the identifier `id`.
+    pub fn key_of(id: impl Into<Id>) -> u32 {
+        match id.into() {
+            Id::Standard(id) => u32::from(id.as_raw()),
+            Id::Extended(id) => id.as_raw() | EXTENDED,
+        }
+    }
+
     /// Whether the identifier has 29 bits.
     #[inline]
     pub fn is_extended(&self) -> bool {
@@ -125,13 +133,6 @@ impl Frame {
     #[inline]
     pub fn bytes(&self) -> [u8; 8] {
         self.data
-    }
-}
-
-fn key(id: Id) -> u32 {
-    match id {
-        Id::Standard(id) => u32::from(id.as_raw()),
-        Id::Extended(id) => id.as_raw() | EXTENDED,
     }
 }
 

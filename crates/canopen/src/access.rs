@@ -117,7 +117,7 @@ impl<M: NodeMemory> Node<M> {
             .map_err(|exact| self.range_abort(exact))
     }
 
-    fn range_abort(&self, exact: Abort) -> Abort {
+    pub(crate) fn range_abort(&self, exact: Abort) -> Abort {
         match self.device.dialect.range_abort {
             RangeAbort::TooHighTooLow => exact,
             RangeAbort::Invalid => Abort::INVALID_VALUE,

@@ -14,7 +14,8 @@ pub enum UploadReply {
 pub enum AcknowledgeData {
     /// Zeros (CiA 301; P3).
     Zeros,
-    /// The data that was written (P3 JPL, J1).
+    /// The data that was written (P3 JPL, J1); of a command that is carried out later what its object
+    /// reads as (J2).
     Echo,
 }
 
@@ -66,6 +67,9 @@ pub struct Dialect {
     /// A COB-ID may be changed and a PDO mapped anew while it is valid: setting sub-index 0 to 0 is
     /// enough, and a COB-ID of 0 also means "off" (P49). The standard wants bit 31 set first.
     pub reconfigure_while_valid: bool,
+    /// A PDO may map the low bits of a longer number, 8 or 16 of them; received ones are sign extended
+    /// where the number has a sign (J4). In the standard the length is the object's.
+    pub short_mapping: bool,
     /// When synchronous RPDOs are applied.
     pub rpdo_sync: RpdoSync,
     /// TPDO type 0 is sent on every SYNC, like type 1 (P13); in the standard it is acyclic.
@@ -73,6 +77,8 @@ pub struct Dialect {
     /// TPDOs are sent by events, inhibit time and event timer are obeyed, and RPDOs have deadlines
     /// (CiA 301 7.2.2.2). If not, these parameters are stored without effect (P51).
     pub pdo_events: bool,
+    /// Emergencies are sent; if not, 0x1014 is stored without effect (J16).
+    pub emergencies: bool,
     /// Emergencies keep the inhibit time 0x1015; if not, it is stored without effect.
     pub emcy_inhibit: bool,
     /// Bit 30 of 0x1005 can make the node a SYNC producer.
@@ -87,6 +93,9 @@ pub struct Dialect {
     pub lss: bool,
     /// TPDOs answer SYNC in pre-operational, too (P14).
     pub tpdo_in_pre_operational: bool,
+    /// The start is told by a boot-up frame (CiA 301 7.2.8.3.3); if not, by a heartbeat with the state
+    /// of the moment in which it is sent (J9).
+    pub boot_up: bool,
     /// Goes to operational after boot-up, unless 0x1F80 exists and has bit 2 set (CiA 302-2; P3
     /// l.378). If false the device waits in pre-operational, whatever 0x1F80 holds (J9).
     pub boots_to_operational: bool,
@@ -106,15 +115,18 @@ impl Dialect {
         },
         range_abort: RangeAbort::TooHighTooLow,
         reconfigure_while_valid: false,
+        short_mapping: false,
         rpdo_sync: RpdoSync::Next,
         tpdo_type_0_is_cyclic: false,
         pdo_events: true,
+        emergencies: true,
         emcy_inhibit: true,
         produces_sync: true,
         remote_requests: true,
         extended_identifiers: true,
         lss: true,
         tpdo_in_pre_operational: false,
+        boot_up: true,
         boots_to_operational: false,
         history_clearable: true,
     };

@@ -45,12 +45,14 @@ pub(crate) struct EmergencyQueue {
     pub(crate) inhibit: u16,
     /// No emergency is sent before.
     free_at: Instant,
-    /// When the next waiting one may be sent.
+    /// When the next waiting one may be sent; [`EmergencyQueue::AT_ONCE`]: one has left.
     pub(crate) due: Instant,
 }
 
 impl EmergencyQueue {
     const LENGTH: usize = 8;
+    /// One has left: the inhibit time starts with the next time that the node is given.
+    const AT_ONCE: Instant = Instant::ZERO;
 
     pub(crate) const EMPTY: EmergencyQueue = EmergencyQueue {
         ring: [Emergency {
@@ -66,10 +68,12 @@ impl EmergencyQueue {
         due: Instant::NEVER,
     };
 
-    /// Forgets what waits; the inhibit time stays.
+    /// Forgets what waits; the inhibit time stays, and goes on.
     pub(crate) fn clear(&mut self) {
         *self = EmergencyQueue {
             inhibit: self.inhibit,
+            free_at: self.free_at,
+            due: self.due,
             ..EmergencyQueue::EMPTY
         };
     }
@@ -142,34 +146,36 @@ impl<M: NodeMemory> Node<M> {
         }
     }
 
-    /// Lets the next emergency go, or notes when it may.
+    /// Lets the next emergency go, or notes when it may. The inhibit time of one that has left
+    /// (CiA 301 7.5.2.18) starts here: it is given no time when it leaves.
     pub(crate) fn release_emergency(&mut self, now: Instant) {
         let waits = self.outbox.is_waiting(Slot::Emergency);
         let queue = &mut self.emergencies;
-        queue.due = Instant::NEVER;
-        // What waits in stopped is looked at when that ends.
-        if queue.is_empty() || (waits && self.state == NmtState::Stopped) {
-            return;
-        }
-        let goes = !waits && now >= queue.free_at;
-        if goes || waits {
-            // The time does not pass while one still waits for the bus.
+        if queue.due == EmergencyQueue::AT_ONCE {
             queue.free_at = now.plus_us(100 * u64::from(queue.inhibit));
         }
-        if queue.free_at > now {
-            // Whether there is a further one is looked at when it may be sent.
+        queue.due = Instant::NEVER;
+        // While one waits for the bus, the next waits for it.
+        if waits || queue.is_empty() {
+            return;
+        }
+        if now < queue.free_at {
             queue.due = queue.free_at;
             self.due = self.due.min(queue.due);
-        }
-        if goes {
+        } else {
             self.outbox.post(Slot::Emergency);
         }
     }
 
-    /// Takes the emergency that is sent now.
+    /// Takes the emergency that is sent now. With an inhibit time the node asks for the time at
+    /// once, from which it counts.
     pub(crate) fn take_emergency(&mut self) -> Option<Emergency> {
-        let emergency = self.emergencies.pop()?;
-        if !self.emergencies.is_empty() && self.emergencies.inhibit == 0 {
+        let queue = &mut self.emergencies;
+        let emergency = queue.pop()?;
+        if queue.inhibit != 0 {
+            queue.due = EmergencyQueue::AT_ONCE;
+            self.due = EmergencyQueue::AT_ONCE;
+        } else if !queue.is_empty() {
             self.outbox.post(Slot::Emergency);
         }
         Some(emergency)

@@ -31,6 +31,7 @@ mod events;
 mod guarding;
 mod heartbeat;
 mod image;
+mod local;
 pub mod lss;
 mod monitor;
 pub mod nmt;

@@ -116,11 +116,15 @@ impl<M: NodeMemory> Node<M> {
         self.waiting = None;
         self.id = id;
         self.emergencies = EmergencyQueue::EMPTY;
+        let before = self.verification();
         let table = &self.device.table;
         let mut image = Image::new(self.memory.as_mut());
         // What cannot be stored is no parameter: the error history and the serial number stay.
         table.communication_defaults(&mut image, id);
         let _ = crate::store::load_communication(table, &mut image, stored);
+        // Another 0x1020 than the last written knows nothing of the application's parameters,
+        // which stay.
+        self.is_reconfigured |= self.verification() != before;
     }
 
     /// Boots up: reads the communication parameters from the image, posts the boot-up frame and
@@ -144,7 +148,10 @@ impl<M: NodeMemory> Node<M> {
         self.outbox.set_key(Slot::ErrorControl, 0x700 + id);
         self.outbox.set_key(Slot::Sdo(0), 0x580 + id);
         self.read_communication_parameters(now);
-        self.outbox.post(Slot::BootUp);
+        self.outbox.post(match self.device.dialect.boot_up {
+            true => Slot::BootUp,
+            false => Slot::ErrorControl,
+        });
         let startup = self.device.objects.startup;
         // CiA 302-2, 0x1F80: bit 2 set keeps the node from entering operational by itself.
         let stay = startup.is_some_and(|startup| self.image().get(startup) & 4 != 0);
@@ -313,7 +320,8 @@ impl<M: NodeMemory> Node<M> {
     }
 
     /// When [`Node::poll`] must be called next; [`Instant::NEVER`] if nothing is due. May become
-    /// earlier with every call of another function.
+    /// earlier with every call of another function, [`Node::transmit`] among them: an emergency
+    /// that has left makes a poll due at once, from which its inhibit time (0x1015) counts.
     #[inline]
     pub fn next_deadline(&self) -> Instant {
         self.due
@@ -400,6 +408,15 @@ impl<M: NodeMemory> Node<M> {
     /// The communication errors that are there now.
     pub fn errors(&self) -> CommunicationErrors {
         self.errors
+    }
+
+    /// Date and time in 0x1020.
+    fn verification(&self) -> [u32; 2] {
+        let run = self.device.objects.verification;
+        [0, 1].map(|n| match run {
+            Some(run) if n < run.count => self.raw(run.nth(n)),
+            _ => 0,
+        })
     }
 
     /// What is about to be stored becomes what the device boots with. If a parameter was written

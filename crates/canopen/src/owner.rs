@@ -50,8 +50,9 @@ pub trait Owner {
     }
 
     /// A download to a DOMAIN object begins, of `size` bytes if the client said so. Until it has
-    /// ended or was aborted, there is no other download to the same object. With [`Verdict::Later`] the client waits for
-    /// [`crate::Node::complete`] (erasing); [`Verdict::Done`] means the same as accept.
+    /// ended or was aborted, there is no other download to the same object. With
+    /// [`Verdict::Later`] the client waits for [`crate::Node::complete`] (erasing);
+    /// [`Verdict::Done`] means the same as accept.
     fn stream_begin(&mut self, object: Address, size: Option<u32>) -> Verdict {
         let _ = (object, size);
         Verdict::Refuse(Abort::UNSUPPORTED_ACCESS)

@@ -55,7 +55,8 @@ impl Sync {
     };
 
     /// SYNC by its parameters. A producer that was sending goes on in its rhythm if the period is
-    /// the same, and goes on counting.
+    /// the same, and goes on counting. The window of the last SYNC goes on, or stays closed, as it
+    /// began; another length begins with the next SYNC, and none at all (0) ends it.
     pub(crate) fn new(parameters: &SyncParameters, before: &Sync, now: Instant) -> Sync {
         // Bit 31 of 0x1005 says nothing (CiA 301 7.5.2.5); bit 30 makes this node a producer.
         let cob_id = CobId(parameters.cob_id.0 & !(1 << 31));
@@ -74,6 +75,10 @@ impl Sync {
             same if same == before.period_us && before.due != Instant::NEVER => before.due,
             us => now.plus_us(u64::from(us)),
         };
+        let (window_is_open, window_until) = match parameters.window_us {
+            0 => (false, Instant::NEVER),
+            _ => (before.window_is_open, before.window_until),
+        };
         Sync {
             key,
             is_plain: parameters.overflow.is_none() && parameters.window_us == 0,
@@ -83,11 +88,11 @@ impl Sync {
                 (0, _) | (_, 0) => 1,
                 _ => before.counter,
             },
-            window_is_open: false,
+            window_is_open,
             period_us,
             window_us: parameters.window_us,
             due,
-            window_until: Instant::NEVER,
+            window_until,
         }
     }
 

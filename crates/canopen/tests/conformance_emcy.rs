@@ -7,20 +7,11 @@ mod harness;
 mod identifiers;
 mod rules;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("EMCY", "conformance_emcy.rs", RULES);
-}
-
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]
@@ -36,9 +27,9 @@ const RULES: &[Rule] = &[
     rule("EMCY-09", "CiA 301 7.5.2.17", "COB-ID EMCY is no restricted identifier and has 11 bits or, with bit 29, 29: 0x06090030", emcy::identifiers),
     rule("EMCY-10", "CiA 301 7.5.2.17", "Bits 0 to 29 of COB-ID EMCY do not change while it exists, bit 30 is reserved: 0x06090030", emcy::fixed_while_valid),
     rule("EMCY-11", "CiA 301 7.5.2.17", "With bit 31 nothing is sent; register and history go on", emcy::off),
-    rule("EMCY-12", "CiA 301 7.5.2.18", "Between two emergencies lies the inhibit time, exact to 100 µs; none is lost, none overtakes", emcy::inhibit_time),
+    rule("EMCY-12", "CiA 301 7.5.2.18", "Between two emergencies that leave lies the inhibit time, exact to 100 µs; none is lost, none overtakes", emcy::inhibit_time),
     rule("EMCY-13", "CiA 301 7.5.2.18", "An inhibit time of 0 is none", emcy::no_inhibit_time),
-    rule("EMCY-14", "CiA 301 7.5.2.18", "On a busy bus emergencies wait, and all are sent", emcy::inhibit_time_of_a_busy_bus),
+    rule("EMCY-14", "CiA 301 7.5.2.18", "On a busy bus emergencies wait, and all are sent, the inhibit time between them as they leave", emcy::inhibit_time_of_a_busy_bus),
     rule("EMCY-15", "CiA 301 7.3.2.2", "Emergencies of stopped are sent after it, at the inhibit time", emcy::stopped),
     rule("EMCY-16", "CiA 301 7.3.2.2", "Nothing is sent before boot-up, nor made up for; the history knows", emcy::before_boot_up),
     rule("EMCY-17", "CiA 301 7.5.2.31", "An emergency of a COB-ID in 0x1028 is of the node whose number is the sub-index", emcy::consumed),

@@ -16,21 +16,11 @@ mod objects;
 #[path = "conformance_od/values.rs"]
 mod values;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("OD", "conformance_od.rs", RULES);
-}
-
-/// One rule.
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]
@@ -138,7 +128,7 @@ const RULES: &[Rule] = &[
         "Reset communication puts the communication parameters back to what is stored, and no others.",
         objects::reset_communication),
     rule("OD-35", "CiA 301 7.5.2.23",
-        "0x1020 keeps date and time of the configuration, and is stored with it.",
+        "0x1020 keeps date and time of the configuration, and is stored with it; with another it is 0.",
         objects::verify_configuration),
     rule("OD-36", "CiA 301 7.5.2.24",
         "0x1021 hands out the EDS, in the format that 0x1022 says.",

@@ -15,20 +15,11 @@ mod start;
 #[path = "checks/pdo_transmit.rs"]
 mod transmit;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("PDO", "conformance_pdo.rs", RULES);
-}
-
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]
@@ -44,7 +35,7 @@ const RULES: &[Rule] = &[
     rule("PDO-09", "CiA 301 7.2.2.3", "Types 254 and 255: each change of a mapped value is an event that sends the TPDO once", transmit::change_is_an_event),
     rule("PDO-10", "CiA 301 7.2.2.3", "A change of any of 64 bits, single or of one object, is an event", transmit::change_of_any_bit),
     rule("PDO-11", "CiA 301 7.2.2.3", "Types 254 and 255: an event of the application sends the TPDO", transmit::application_event),
-    rule("PDO-12", "CiA 301 7.5.2.37", "Between two event-driven TPDOs lies the inhibit time, exact to 100 µs; the last value counts", transmit::inhibit_time),
+    rule("PDO-12", "CiA 301 7.5.2.37", "Between two invocations of an event-driven TPDO lies the inhibit time, exact to 100 µs; the last value counts", transmit::inhibit_time),
     rule("PDO-13", "CiA 301 7.5.2.37", "The inhibit time holds for requests of event-driven TPDOs, too", transmit::inhibit_time_of_requests),
     rule("PDO-14", "CiA 301 7.5.2.37", "The inhibit time does not hold synchronous TPDOs back", transmit::inhibit_time_of_cyclic),
     rule("PDO-15", "CiA 301 7.5.2.37", "A change of the type does not end an inhibit time", transmit::inhibit_time_survives_a_type),

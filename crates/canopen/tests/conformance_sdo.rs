@@ -25,21 +25,11 @@ mod servers;
 #[path = "conformance_sdo/streams.rs"]
 mod streams;
 
-use rules::Rule;
+use rules::{Rule, rule};
 
 #[test]
 fn rules() {
     rules::hold("SDO", "conformance_sdo.rs", RULES);
-}
-
-/// One rule.
-const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
-    Rule {
-        id,
-        clause,
-        says,
-        check,
-    }
 }
 
 #[rustfmt::skip]

@@ -466,13 +466,13 @@ fn later() {
         assert_eq!(answer(&mut bench, Ok(())), []);
     }
 
-    // The echo of a JPL-like device survives the wait.
+    // A JPL-like device acknowledges a command with what its object reads as (J2).
     let mut bench = Bench::new(&ECHOING);
     bench.owner.verdicts.push((0x1010, Verdict::Later));
     assert_eq!(bench.sdo(&store), None);
     assert_eq!(
         answer(&mut bench, Ok(())),
-        [(0x585, vec![0x60, 0x10, 0x10, 1, b's', b'a', b'v', b'e'])]
+        [(0x585, vec![0x60, 0x10, 0x10, 1, 1, 0, 0, 0])]
     );
 }
 

@@ -1,6 +1,7 @@
 //! The subcommands.
 
 pub(crate) mod calibrate;
+pub(crate) mod drives;
 pub(crate) mod eds;
 pub(crate) mod lss;
 pub(crate) mod monitor;

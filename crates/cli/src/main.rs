@@ -21,7 +21,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    calibrate, eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim, tune,
+    calibrate, drives, eds, lss, monitor, nmt, od, play, program, replay, scan, scenario, sdo, sim,
+    tune,
 };
 pub(crate) use failure::Failure;
 
@@ -58,6 +59,7 @@ enum Command {
     Lss(lss::Arguments),
     Monitor(monitor::Arguments),
     Od(od::Arguments),
+    Drives(drives::Arguments),
     Eds(eds::Arguments),
     Calibrate(calibrate::Arguments),
     Tune(tune::Arguments),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Command::Lss(arguments) => lss::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Od(arguments) => od::run(arguments),
+        Command::Drives(arguments) => drives::run(arguments),
         Command::Eds(arguments) => eds::run(arguments),
         Command::Calibrate(arguments) => calibrate::run(arguments),
         Command::Tune(arguments) => tune::run(arguments),

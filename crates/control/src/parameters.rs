@@ -114,7 +114,7 @@ pub struct Parameters<R: Real> {
 
 /// A current of so many converter counts has a direction; below, the compensation of the dead time
 /// fades out. It can be this little because a demand has no noise.
-const SURE_COUNTS: f32 = 0.25;
+const SURE_COUNTS: f32 = 0.5;
 /// A measured current below this part of what a given voltage would drive at rest takes its direction
 /// from the voltage.
 const HINT: f32 = 1.0 / 16.0;

@@ -7,8 +7,11 @@ use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
 use personalities::Personality;
+use personalities::own::{Heard, OwnBehaviour};
 
 use crate::application::Application;
+use crate::axis_part::AxisPart;
+use crate::body::{Body, OneAxis};
 use crate::captures::CaptureOrder;
 use crate::faults::CommunicationErrors;
 use crate::serving::Serving;
@@ -48,20 +51,23 @@ pub fn stored_node_id(personality: &Personality, stored: &[u8]) -> Option<NodeId
     }
 }
 
-/// A communication half, the parameters with which the control half begins, and what was wrong with
+/// A communication half, the parameters with which each axis's control half begins, and what was wrong with
 /// those stored.
-pub type Made<M> = (Comms<M>, Parameters<f32>, Option<store::Damage>);
+pub type Made<M, O = (), B = OneAxis> = (
+    Comms<M, O, B>,
+    <B as Body>::List<Parameters<f32>>,
+    Option<store::Damage>,
+);
 
 /// The communication half of a drive.
 ///
 /// After each call of any function take frames with [`Comms::transmit`] until there are none, and
 /// what the control half needs with the `take_` functions; call [`Comms::poll`] at
-/// [`Comms::next_deadline`].
+/// [`Comms::next_deadline`]. `O` is what only this drive does, `()` is nothing; `B` what carries it.
 #[derive(Clone, Debug)]
-pub struct Comms<M> {
-    personality: &'static Personality,
+pub struct Comms<M, O = (), B: Body = OneAxis> {
     node: Node<M>,
-    application: Application,
+    application: Application<O, B>,
     reset: Option<Reset>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,
@@ -70,17 +76,11 @@ pub struct Comms<M> {
     next_tick: Instant,
 }
 
-impl<M: NodeMemory> Comms<M> {
-    /// A drive that is silent until [`Comms::start`]. `stored` are the bytes last made by
-    /// [`Comms::stored`], empty if there are none; `serial` its serial number. What the host knows
-    /// of the reason for this start is in `health`.
-    ///
-    /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
-    /// parameter error. Returned beside it: the parameters with which the control half begins, and
-    /// what was wrong with those stored.
+impl<M: NodeMemory, O: OwnBehaviour> Comms<M, O> {
+    /// A drive with one axis; see [`Comms::build`].
     ///
     /// # Errors
-    /// [`ParameterError`] if the personality's own defaults make no drive.
+    /// See [`Comms::build`].
     pub fn new(
         personality: &'static Personality,
         hardware: Hardware,
@@ -89,7 +89,32 @@ impl<M: NodeMemory> Comms<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<Made<M>, ParameterError> {
+    ) -> Result<Made<M, O>, ParameterError> {
+        Comms::build(personality, hardware, memory, id, serial, stored, health)
+    }
+}
+
+impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
+    /// A drive that is silent until [`Comms::start`]. `stored` are the bytes last made by
+    /// [`Comms::stored`], empty if there are none; `serial` its serial number. What the host knows
+    /// of the reason for this start is in `health`.
+    ///
+    /// Damaged stored parameters are not used; the drive starts with its defaults and announces a
+    /// parameter error. Returned beside it: the parameters with which each axis's control half begins,
+    /// and what was wrong with those stored.
+    ///
+    /// # Errors
+    /// [`ParameterError`] if the personality's own defaults make no drive, or the body has no room for
+    /// its axes.
+    pub fn build(
+        personality: &'static Personality,
+        hardware: Hardware,
+        memory: M,
+        id: NodeId,
+        serial: u32,
+        stored: &[u8],
+        health: Health,
+    ) -> Result<Made<M, O, B>, ParameterError> {
         let mut node = Node::new(&personality.device, memory, id);
         let table = personality.device.table;
         let mut image = node.image();
@@ -98,8 +123,7 @@ impl<M: NodeMemory> Comms<M> {
         }
         // On the defaults first: stored parameters that make no drive are a parameter error, not
         // the end of it.
-        let (mut application, parameters) =
-            Application::new(personality, hardware, &image, Feedback::silent())?;
+        let (mut application, parameters) = Application::new(personality, hardware, &image)?;
         let damage = store::load(&table, &mut image, stored).err();
         application.faults.report(Health {
             store_damaged: health.store_damaged || damage.is_some(),
@@ -107,10 +131,10 @@ impl<M: NodeMemory> Comms<M> {
         });
         show_id(personality, &mut image, id);
         application.loaded(&image);
+        application.own = O::new(personality, &image);
         application.changed(&image, Changed::EVERYTHING);
         application.show_gains(&mut image);
         let comms = Comms {
-            personality,
             node,
             application,
             reset: None,
@@ -121,23 +145,43 @@ impl<M: NodeMemory> Comms<M> {
         Ok((comms, parameters, damage))
     }
 
-    /// Boots up. Call once.
+    /// Boots up, unless the drive's own behaviour waits for something. Call once.
     pub fn start(&mut self, now: Instant) {
-        let events = self.node.start(now);
         self.next_tick = now.plus_ns(TICK_NS);
+        if !self.application.own.waits() {
+            self.boot(now);
+        }
+    }
+
+    fn boot(&mut self, now: Instant) {
+        let events = self.node.start(now);
         self.handle(events, now);
     }
 
-    /// What the control half has seen and captured, and the board says; call before
-    /// [`Comms::receive`] and [`Comms::poll`], so that they act upon the present.
+    /// What the control half of an axis (0 is the first) has seen and captured, and the board says;
+    /// call for each before [`Comms::receive`] and [`Comms::poll`], so that they act upon the present.
     #[inline]
-    pub fn observe(&mut self, feedback: &Feedback<f32>, signals: &Signals, seen: &Seen) {
-        self.application.observe(feedback, signals, seen);
+    pub fn observe(
+        &mut self,
+        axis: usize,
+        feedback: &Feedback<f32>,
+        signals: &Signals,
+        seen: &Seen,
+    ) {
+        self.application.observe(axis, feedback, signals, seen);
     }
 
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        if self.application.own.waits() {
+            let (id, view) = (self.node.id(), self.application.view(0));
+            let own = &mut self.application.own;
+            match own.hear(frame, id, &mut self.node.image(), &view) {
+                Heard::Nothing => return,
+                Heard::Boots => self.boot(now),
+            }
+        }
         let mut serving = Serving {
             application: &mut self.application,
             host,
@@ -161,6 +205,7 @@ impl<M: NodeMemory> Comms<M> {
                 _ => self.restart_in -= 1,
             }
             self.report_communication();
+            self.application.tick_own(&mut self.node.image());
             self.application.tick(&self.node.image(), now);
             self.announce(now);
             let mut serving = Serving {
@@ -169,12 +214,13 @@ impl<M: NodeMemory> Comms<M> {
             };
             self.node.detect_events(now, &mut serving);
         }
+        let leaves_state = self.application.personality.errors.bus_off_leaves_state;
         let mut serving = Serving {
             application: &mut self.application,
             host,
         };
         let mut events = self.node.poll(now, &mut serving);
-        if core::mem::take(&mut self.was_bus_off) && self.personality.errors.bus_off_leaves_state {
+        if core::mem::take(&mut self.was_bus_off) && leaves_state {
             self.node
                 .communication_error(now, &mut serving, &mut events);
         }
@@ -192,6 +238,9 @@ impl<M: NodeMemory> Comms<M> {
     /// call [`Comms::reset_communication`] with; then [`stored_node_id`] counts.
     #[inline]
     pub fn transmit<H: Host>(&mut self, host: &mut H) -> Option<Frame> {
+        if let Some(frame) = self.application.own.take_frame() {
+            return Some(frame);
+        }
         let frame = self.node.transmit(&mut Serving {
             application: &mut self.application,
             host,
@@ -212,46 +261,50 @@ impl<M: NodeMemory> Comms<M> {
         }
     }
 
-    /// A new command for the control half.
+    /// A new command for the control half of an axis; 0 is the first.
     #[inline]
-    pub fn take_command(&mut self) -> Option<Command<f32>> {
-        self.application.take_command()
+    pub fn take_command(&mut self, axis: usize) -> Option<Command<f32>> {
+        self.application.take_command(axis)
     }
 
     /// New limits for the command in force.
-    pub fn take_limits(&mut self) -> Option<Limits<f32>> {
-        self.application.take_limits()
+    pub fn take_limits(&mut self, axis: usize) -> Option<Limits<f32>> {
+        self.application.take_limits(axis)
     }
 
-    /// New parameters for the control half.
-    pub fn take_parameters(&mut self) -> Option<Parameters<f32>> {
-        self.application.take_parameters(&self.node.image())
+    /// New parameters for the control half of an axis.
+    pub fn take_parameters(&mut self, axis: usize) -> Option<Parameters<f32>> {
+        self.application.take_parameters(axis, &self.node.image())
     }
 
-    /// By how much all positions become greater, captured ones as well, because the present one got
-    /// another name or home was found; in force before the next command.
-    pub fn take_position_shift(&mut self) -> Option<i32> {
-        self.application.take_position_shift()
+    /// By how much all positions of an axis become greater, captured ones as well, because the present
+    /// one got another name or home was found; in force before the next command.
+    pub fn take_position_shift(&mut self, axis: usize) -> Option<i32> {
+        self.application.axis_mut(axis)?.take_position_shift()
     }
 
-    /// What the control half shall capture.
-    pub fn take_captures(&mut self) -> Option<CaptureOrder> {
-        self.application.take_captures(&self.node.image())
+    /// What the control half of an axis shall capture.
+    pub fn take_captures(&mut self, axis: usize) -> Option<CaptureOrder> {
+        let image = self.node.image();
+        self.application.axis_mut(axis)?.take_captures(&image)
     }
 
     /// The outputs that are to be active, in the order of 0x60FE.
     pub fn outputs(&mut self) -> u32 {
         let image = self.node.image();
-        self.personality.inputs.map_or(0, |inputs| {
+        let axes = self.application.personality.axes.iter();
+        let inputs = axes.filter_map(|axis| axis.inputs.as_ref());
+        inputs.fold(0, |active, inputs| {
             let (outputs, mask) = inputs.outputs;
-            image.raw(outputs) & image.raw(mask)
+            active | image.raw(outputs) & image.raw(mask)
         })
     }
 
     /// Whether the drive's terminating resistor is to be on the bus.
     pub fn is_terminated(&mut self) -> bool {
         let image = self.node.image();
-        self.personality
+        self.application
+            .personality
             .termination
             .is_some_and(|object| image.raw(object.field()) != 0)
     }
@@ -261,7 +314,9 @@ impl<M: NodeMemory> Comms<M> {
         if let Some(reset) = self.reset.take() {
             return Some(Request::Reset(reset));
         }
-        let request = self.application.storage_request.take()?;
+        let Some(request) = self.application.storage_request.take() else {
+            return self.application.own.take_reset().map(Request::Reset);
+        };
         Some(match self.application.restores {
             true => Request::Restore(request),
             false => Request::Store(request),
@@ -279,7 +334,7 @@ impl<M: NodeMemory> Comms<M> {
         old: &[u8],
         out: &mut [u8],
     ) -> Result<usize, store::Full> {
-        let (table, id) = (self.personality.device.table, self.node.id());
+        let (table, id) = (self.application.personality.device.table, self.node.id());
         self.node.withdraw_verification();
         self.application.before_store(&mut self.node.image());
         let used = store::save(&table, &self.node.image(), id, request, old, out);
@@ -298,11 +353,17 @@ impl<M: NodeMemory> Comms<M> {
         old: &[u8],
         out: &mut [u8],
     ) -> Result<usize, store::Full> {
-        store::restore(&self.personality.device.table, request, old, out)
+        store::restore(
+            &self.application.personality.device.table,
+            request,
+            old,
+            out,
+        )
     }
 
     /// The host has stored, or could not.
     pub fn store_done(&mut self, result: Result<(), Abort>, now: Instant) {
+        self.application.own.store_done(result.is_ok());
         self.node.complete(result, now);
     }
 
@@ -325,26 +386,32 @@ impl<M: NodeMemory> Comms<M> {
     /// program memory is over; the host knows.
     pub fn reset_communication(&mut self, stored: &[u8], id: NodeId, now: Instant) {
         self.node.restart_communication(stored, id);
-        show_id(self.personality, &mut self.node.image(), id);
+        show_id(self.application.personality, &mut self.node.image(), id);
         let events = self.node.start(now);
         // No parameter of the axis has changed, and no set-point has come.
         let changed = Changed::NOTHING;
         self.handle(Events { changed, ..events }, now);
     }
 
-    /// The rate of the bridge and the loops, as the parameters say.
+    /// The rate of the bridge and the loops, as the parameters of the first axis say.
     pub fn timing(&self) -> PwmTiming {
-        self.application.timing()
+        self.application.first().timing()
     }
 
     /// Why the present parameters make no controllers, if so; the last good ones are in force.
     pub fn parameter_error(&self) -> Option<ParameterError> {
-        self.application.parameter_error()
+        let mut axes = self.application.axes().iter();
+        axes.find_map(AxisPart::parameter_error)
     }
 
-    /// The axis.
+    /// The first axis.
     pub fn axis(&self) -> &cia402::Axis {
-        &self.application.axis
+        &self.application.first().axis
+    }
+
+    /// All axes.
+    pub fn axes(&self) -> impl Iterator<Item = &cia402::Axis> {
+        self.application.axes().iter().map(|part| &part.axis)
     }
 
     /// The node.
@@ -379,15 +446,17 @@ impl<M: NodeMemory> Comms<M> {
 
     /// Sends what the fault manager has to say, and keeps the error objects.
     fn announce(&mut self, now: Instant) {
-        while let Some(news) = self.application.faults.announce() {
+        while let Some(news) = self.application.announce() {
             self.node
                 .announce(news.code, news.register, news.vendor, now);
-            let status = self.application.faults.status_register();
+            let status = self.application.status_register();
             let mut image = self.node.image();
-            if let Some(handle) = self.personality.status_register {
+            if let Some(handle) = self.application.personality.status_register {
                 image.set(handle, status);
             }
-            if let (Some(handle), Some(code)) = (self.personality.error_code, news.shown) {
+            if let (Some(handle), Some(code)) =
+                (self.application.personality.error_code, news.shown)
+            {
                 image.set(handle, code);
             }
         }

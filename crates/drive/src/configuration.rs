@@ -2,12 +2,17 @@
 
 use canopen::{Address, Field, Image};
 use cia402::{Axis, Configuration, HomingConfiguration, Targets, VlConfiguration, Window};
-use personalities::{AxisObjects, HomingObjects, Scaled, TargetWindow, VlObjects, WindowObjects};
+use personalities::{
+    AxisObjects, Figure, HomingObjects, Scaled, TargetWindow, VlObjects, WindowObjects,
+};
 
-/// The value of an object in internal units.
+/// A figure in internal units: the value of its object, if it has one.
 #[inline]
-pub(crate) fn value(image: &Image<'_>, object: Scaled) -> f32 {
-    image.real(object.field) * object.scale
+pub(crate) fn value(image: &Image<'_>, figure: impl Into<Figure>) -> f32 {
+    match figure.into() {
+        Figure::Object(object) => image.real(object.field) * object.scale,
+        Figure::Fixed(value) => value,
+    }
 }
 
 /// The value of an object in internal units, as a count.

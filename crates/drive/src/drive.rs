@@ -7,8 +7,10 @@ use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Command, Feedback};
 use personalities::Personality;
+use personalities::own::OwnBehaviour;
 
-use crate::{Comms, Health, Host, ParameterError, PwmTiming, Request};
+use crate::body::{Body, List, OneAxis};
+use crate::{Comms, Health, Host, Made, ParameterError, PwmTiming, Request};
 
 /// What the drive knows of the board it runs on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,12 +24,19 @@ pub struct Hardware {
 
 /// A drive: communication half and control half.
 ///
-/// The host calls [`Drive::control_period`] at the control rate, [`Drive::receive`] for each frame,
+/// The host calls [`Drive::control_period`] (for each axis [`Drive::axis_period`]) at the control rate, [`Drive::receive`] for each frame,
 /// [`Drive::poll`] at [`Drive::next_deadline`], and after each of the last two takes frames with
-/// [`Drive::transmit`] and looks at [`Drive::take_request`].
+/// [`Drive::transmit`] and looks at [`Drive::take_request`]. `O` is what only this drive does, `()` is
+/// nothing; `B` what carries it.
 #[derive(Clone, Debug)]
-pub struct Drive<M> {
-    comms: Comms<M>,
+pub struct Drive<M, O = (), B: Body = OneAxis> {
+    comms: Comms<M, O, B>,
+    axes: B::List<ControlPart>,
+}
+
+/// The control half of one axis.
+#[derive(Clone, Debug)]
+struct ControlPart {
     cascade: Cascade<f32>,
     captures: Captures,
     has_torque_off: bool,
@@ -37,8 +46,8 @@ pub struct Drive<M> {
     signals: Signals,
 }
 
-impl<M: NodeMemory> Drive<M> {
-    /// See [`Comms::new`].
+impl<M: NodeMemory, O: OwnBehaviour> Drive<M, O> {
+    /// A drive with one axis; see [`Comms::new`].
     ///
     /// # Errors
     /// See [`Comms::new`].
@@ -50,18 +59,43 @@ impl<M: NodeMemory> Drive<M> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M>, Option<store::Damage>), ParameterError> {
-        let (comms, parameters, damage) =
-            Comms::new(personality, hardware, memory, id, serial, stored, health)?;
-        let cascade = Cascade::new(&parameters);
-        let mut drive = Drive {
-            comms,
-            cascade,
-            captures: Captures::new(),
-            has_torque_off: personality.inputs.is_some(),
-            torque_lost: false,
-            signals: Signals::QUIET,
-        };
+    ) -> Result<(Drive<M, O>, Option<store::Damage>), ParameterError> {
+        Drive::build(personality, hardware, memory, id, serial, stored, health)
+    }
+}
+
+impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
+    /// See [`Comms::build`].
+    ///
+    /// # Errors
+    /// See [`Comms::build`].
+    pub fn build(
+        personality: &'static Personality,
+        hardware: Hardware,
+        memory: M,
+        id: NodeId,
+        serial: u32,
+        stored: &[u8],
+        health: Health,
+    ) -> Result<(Drive<M, O, B>, Option<store::Damage>), ParameterError> {
+        let made: Made<M, O, B> =
+            Comms::build(personality, hardware, memory, id, serial, stored, health)?;
+        let (comms, parameters, damage) = made;
+        let count = personality.axes.len();
+        let axes = List::build(count, |number| {
+            let axis = personality.axes.get(number);
+            let (Some(axis), Some(parameters)) = (axis, parameters.as_ref().get(number)) else {
+                return Err(ParameterError::Axes(count));
+            };
+            Ok(ControlPart {
+                cascade: Cascade::new(parameters),
+                captures: Captures::new(),
+                has_torque_off: axis.inputs.is_some(),
+                torque_lost: false,
+                signals: Signals::QUIET,
+            })
+        })?;
+        let mut drive = Drive { comms, axes };
         drive.hand_over();
         Ok((drive, damage))
     }
@@ -98,22 +132,27 @@ impl<M: NodeMemory> Drive<M> {
         self.comms.transmit(host)
     }
 
-    /// One control period: from what the sensors say to what the bridge shall do.
+    /// One control period of the first axis: from what the sensors say to what the bridge shall do.
     #[inline]
     pub fn control_period(&mut self, sample: &Sample<f32>, signals: &Signals) -> Duty<f32> {
-        self.signals = Signals {
-            // However short, the communication half gets to know of it.
-            torque_off: signals.torque_off || self.torque_lost,
-            ..*signals
-        };
-        if signals.torque_off && self.has_torque_off {
-            self.torque_lost = true;
-            self.cascade.load(&Command::idle());
+        self.axis_period(0, sample, signals)
+    }
+
+    /// One control period of an axis; 0 is the first. Without such an axis the bridge is open.
+    #[inline]
+    pub fn axis_period(
+        &mut self,
+        axis: usize,
+        sample: &Sample<f32>,
+        signals: &Signals,
+    ) -> Duty<f32> {
+        match self.axes.as_mut().get_mut(axis) {
+            Some(part) => part.period(sample, signals),
+            None => Duty {
+                phase: [0.5; 3],
+                enabled: false,
+            },
         }
-        let duty = self.cascade.period(sample);
-        let (encoder, position) = (self.cascade.encoder(), self.cascade.position());
-        self.captures.period(signals.inputs, encoder, position);
-        duty
     }
 
     /// What the drive asks of its host.
@@ -179,43 +218,81 @@ impl<M: NodeMemory> Drive<M> {
     }
 
     /// The communication half.
-    pub fn comms(&self) -> &Comms<M> {
+    pub fn comms(&self) -> &Comms<M, O, B> {
         &self.comms
     }
 
-    /// The loops.
+    /// The first axis's loops.
     pub fn cascade(&self) -> &Cascade<f32> {
-        &self.cascade
+        &self.axes.first().cascade
     }
 
-    /// What the loops have seen and do.
+    /// What the first axis's loops have seen and do.
     pub fn feedback(&self) -> Feedback<f32> {
-        self.cascade.feedback()
+        self.cascade().feedback()
+    }
+
+    /// What each axis's loops have seen and do.
+    pub fn feedbacks(&self) -> impl Iterator<Item = Feedback<f32>> {
+        let axes = self.axes.as_ref().iter();
+        axes.map(|part| part.cascade.feedback())
     }
 
     fn observe(&mut self) {
-        self.comms.observe(
-            &self.cascade.feedback(),
-            &self.signals,
-            &self.captures.seen(),
-        );
-        self.torque_lost = false;
+        for (axis, part) in self.axes.as_mut().iter_mut().enumerate() {
+            self.comms.observe(
+                axis,
+                &part.cascade.feedback(),
+                &part.signals,
+                &part.captures.seen(),
+            );
+            part.torque_lost = false;
+        }
+    }
+
+    fn hand_over(&mut self) {
+        for (axis, part) in self.axes.as_mut().iter_mut().enumerate() {
+            part.take(&mut self.comms, axis);
+        }
+    }
+}
+
+impl ControlPart {
+    #[inline]
+    fn period(&mut self, sample: &Sample<f32>, signals: &Signals) -> Duty<f32> {
+        self.signals = Signals {
+            // However short, the communication half gets to know of it.
+            torque_off: signals.torque_off || self.torque_lost,
+            ..*signals
+        };
+        if signals.torque_off && self.has_torque_off {
+            self.torque_lost = true;
+            self.cascade.load(&Command::idle());
+        }
+        let duty = self.cascade.period(sample);
+        let (encoder, position) = (self.cascade.encoder(), self.cascade.position());
+        self.captures.period(signals.inputs, encoder, position);
+        duty
     }
 
     /// Gives the control half what the communication half has for it; in force from the next
     /// control period on.
-    fn hand_over(&mut self) {
-        if let Some(parameters) = self.comms.take_parameters() {
+    fn take<M: NodeMemory, O: OwnBehaviour, B: Body>(
+        &mut self,
+        comms: &mut Comms<M, O, B>,
+        axis: usize,
+    ) {
+        if let Some(parameters) = comms.take_parameters(axis) {
             self.cascade.set_parameters(&parameters);
             let encoder = &parameters.encoder;
             self.captures
                 .set_encoder(encoder.counts_per_turn, encoder.user_polarity);
         }
-        if let Some(offset) = self.comms.take_position_shift() {
+        if let Some(offset) = comms.take_position_shift(axis) {
             self.cascade.rename(offset);
             self.captures.rename(offset);
         }
-        if let Some(order) = self.comms.take_captures() {
+        if let Some(order) = comms.take_captures(axis) {
             self.captures.set_inverted(order.inverted);
             let [switches, general] = order.filter;
             self.captures.set_filter(switches, general);
@@ -226,8 +303,8 @@ impl<M: NodeMemory> Drive<M> {
             }
         }
         // A command carries the limits; they come apart only while it stays in force.
-        let limits = self.comms.take_limits();
-        match (self.comms.take_command(), limits) {
+        let limits = comms.take_limits(axis);
+        match (comms.take_command(axis), limits) {
             (Some(command), _) => self.cascade.load(&command),
             (None, Some(limits)) => self.cascade.set_limits(&limits),
             (None, None) => {}

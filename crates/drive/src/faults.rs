@@ -27,32 +27,43 @@ pub struct Health {
     pub error_passive: bool,
 }
 
-/// Errors of communication that the node notices.
+/// Errors of communication that the node notices: a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct CommunicationErrors {
-    /// A monitored heartbeat or the guarding is missing.
-    heartbeat_lost: bool,
-    /// An RPDO has not come within its time.
-    rpdo_timeout: bool,
-    /// An RPDO was shorter than its mapping, and ignored. Seen for a tick at least.
-    pdo_too_short: bool,
-    /// An RPDO was longer than its mapping. Seen for a tick at least.
-    pdo_too_long: bool,
-    /// A SYNC had another length than expected. Seen for a tick at least.
-    sync_length: bool,
-}
+pub(crate) struct CommunicationErrors(u8);
 
 impl CommunicationErrors {
+    /// A monitored heartbeat or the guarding is missing.
+    const HEARTBEAT_LOST: u8 = 1 << 0;
+    /// An RPDO has not come within its time.
+    const RPDO_TIMEOUT: u8 = 1 << 1;
+    /// An RPDO was shorter than its mapping, and ignored.
+    const PDO_TOO_SHORT: u8 = 1 << 2;
+    /// An RPDO was longer than its mapping.
+    const PDO_TOO_LONG: u8 = 1 << 3;
+    /// A SYNC had another length than expected.
+    const SYNC_LENGTH: u8 = 1 << 4;
+    /// Those that are of a frame, and seen for a tick at least.
+    const OF_A_FRAME: u8 = CommunicationErrors::PDO_TOO_SHORT
+        | CommunicationErrors::PDO_TOO_LONG
+        | CommunicationErrors::SYNC_LENGTH;
+
     /// What the node has noticed.
     pub(crate) fn of(errors: canopen::CommunicationErrors) -> CommunicationErrors {
         use canopen::CommunicationErrors as Node;
-        CommunicationErrors {
-            heartbeat_lost: errors.has(Node::HEARTBEAT) || errors.has(Node::LIFE_GUARD),
-            rpdo_timeout: errors.has(Node::RPDO_TIMEOUT),
-            pdo_too_short: errors.has(Node::RPDO_TOO_SHORT),
-            pdo_too_long: errors.has(Node::RPDO_TOO_LONG),
-            sync_length: errors.has(Node::SYNC_LENGTH),
-        }
+        let bits = [
+            (Node::HEARTBEAT, CommunicationErrors::HEARTBEAT_LOST),
+            (Node::LIFE_GUARD, CommunicationErrors::HEARTBEAT_LOST),
+            (Node::RPDO_TIMEOUT, CommunicationErrors::RPDO_TIMEOUT),
+            (Node::RPDO_TOO_SHORT, CommunicationErrors::PDO_TOO_SHORT),
+            (Node::RPDO_TOO_LONG, CommunicationErrors::PDO_TOO_LONG),
+            (Node::SYNC_LENGTH, CommunicationErrors::SYNC_LENGTH),
+        ];
+        let there = bits.into_iter().filter(|(noticed, _)| errors.has(*noticed));
+        CommunicationErrors(there.fold(0, |set, (_, bit)| set | bit))
+    }
+
+    fn has(self, bit: u8) -> bool {
+        self.0 & bit != 0
     }
 }
 
@@ -76,6 +87,8 @@ pub(crate) struct Observation<'a> {
     pub(crate) ignores_switches: bool,
     /// A lost connection is a fault now (0x6007 is 1 and the axis under power).
     pub(crate) connection_matters: bool,
+    /// [`personalities::own::OwnBehaviour::causes`].
+    pub(crate) own_causes: u32,
 }
 
 /// What the errors of a millisecond ask of the axis.
@@ -102,137 +115,119 @@ pub(crate) struct Announcement {
     pub(crate) shown: Option<u16>,
 }
 
-/// The errors of one drive. At most [`personalities::MOST_FAULTS`] rows.
-#[derive(Clone, Debug)]
-pub(crate) struct FaultManager {
-    personality: &'static Personality,
-    /// A bit for each row that is active: a warning whose cause persists, or a latched fault.
-    active: u64,
-    /// Those of them that are latched faults.
-    latched: u64,
+/// What was told of the drive as a whole since the last tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Happened {
     /// Events that have happened and are not yet judged.
     events: Health,
     /// Present errors of communication, and its events that are not yet judged.
     communication: CommunicationErrors,
-    /// Errors that have come and gone, waiting to be announced.
-    raised: u64,
-    cleared: u64,
-    /// The position at the last tick, counts.
-    position: Option<i32>,
-    /// Ticks until the control half shows a position by its new name.
-    renaming: u8,
-    /// The last SYNC, or when the time-out was switched on; never: it is off.
-    sync_since: Instant,
-    /// Since when the supply has been too high, and too low; never: it is not.
-    supply_high_since: Instant,
-    supply_low_since: Instant,
 }
 
-impl FaultManager {
-    pub(crate) fn new(personality: &'static Personality) -> FaultManager {
-        FaultManager {
-            personality,
-            active: 0,
-            latched: 0,
-            events: Health::default(),
-            communication: CommunicationErrors::default(),
-            raised: 0,
-            cleared: 0,
-            position: None,
-            renaming: 0,
-            sync_since: Instant::NEVER,
-            supply_high_since: Instant::NEVER,
-            supply_low_since: Instant::NEVER,
+/// Errors of a drive that are active: a bit for each row of its table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Errors {
+    /// Warnings whose cause persists, and latched faults.
+    active: u64,
+    /// Those of them that are latched faults.
+    latched: u64,
+}
+
+impl Errors {
+    /// Those of both.
+    pub(crate) fn and(self, other: Errors) -> Errors {
+        Errors {
+            active: self.active | other.active,
+            latched: self.latched | other.latched,
         }
     }
 
+    /// 0x1001: bit 0 is set with any other (P3 l.579).
+    fn register(self, table: &'static [FaultRow]) -> u8 {
+        rows(table, self.active).fold(0, |register, row| {
+            register | 1 | 1 << (row.register_bit & 7)
+        })
+    }
+
+    /// 0x1002: a bit for each active error.
+    pub(crate) fn status_register(self, table: &'static [FaultRow]) -> u32 {
+        rows(table, self.active).fold(0, |register, row| {
+            register | 1u32.checked_shl(u32::from(row.status_bit)).unwrap_or(0)
+        })
+    }
+
+    /// The code of an active error, faults before warnings, else in the table's order; 0 if there
+    /// is none.
+    fn present(self, table: &'static [FaultRow]) -> u16 {
+        let fault = rows(table, self.latched).next();
+        let row = fault.or_else(|| rows(table, self.active).next());
+        row.map_or(0, |row| row.code)
+    }
+}
+
+fn rows(table: &'static [FaultRow], set: u64) -> impl Iterator<Item = &'static FaultRow> {
+    (0u32..64)
+        .zip(table)
+        .filter(move |(bit, _)| set & (1 << bit) != 0)
+        .map(|(_, row)| row)
+}
+
+/// What a drive announces of its axes' errors. At most [`personalities::MOST_FAULTS`] rows.
+///
+/// A row is active while it is with any axis: one table, one producer of emergencies.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FaultManager {
+    happened: Happened,
+    /// Errors that have come and gone, waiting to be announced.
+    raised: u64,
+    cleared: u64,
+}
+
+impl FaultManager {
     /// Something has happened that the host saw.
     pub(crate) fn report(&mut self, event: Health) {
-        self.events.watchdog_reset |= event.watchdog_reset;
-        self.events.store_damaged |= event.store_damaged;
-        self.events.can_overrun |= event.can_overrun;
-        self.events.bus_off_recovered |= event.bus_off_recovered;
-        self.events.error_passive |= event.error_passive;
+        let events = &mut self.happened.events;
+        events.watchdog_reset |= event.watchdog_reset;
+        events.store_damaged |= event.store_damaged;
+        events.can_overrun |= event.can_overrun;
+        events.bus_off_recovered |= event.bus_off_recovered;
+        events.error_passive |= event.error_passive;
     }
 
     /// The errors of communication as they are now.
     pub(crate) fn report_communication(&mut self, now: CommunicationErrors) {
-        let before = self.communication;
-        self.communication = CommunicationErrors {
-            pdo_too_short: before.pdo_too_short || now.pdo_too_short,
-            pdo_too_long: before.pdo_too_long || now.pdo_too_long,
-            sync_length: before.sync_length || now.sync_length,
-            ..now
+        let CommunicationErrors(before) = self.happened.communication;
+        let of_frames = before & CommunicationErrors::OF_A_FRAME;
+        self.happened.communication = CommunicationErrors(now.0 | of_frames);
+    }
+
+    /// What the axes are to judge now, once.
+    pub(crate) fn take_happened(&mut self) -> Happened {
+        let happened = self.happened;
+        self.happened = Happened {
+            events: Health::default(),
+            communication: CommunicationErrors(
+                happened.communication.0 & !CommunicationErrors::OF_A_FRAME,
+            ),
         };
+        happened
     }
 
-    /// The actual position gets another name, which is no motion.
-    pub(crate) fn position_renamed(&mut self) {
-        self.renaming = 2;
+    /// The errors of all axes together have become others.
+    pub(crate) fn note(&mut self, before: Errors, after: Errors) {
+        self.raised |= after.active & !before.active;
+        self.cleared |= before.active & !after.active;
     }
 
-    /// A SYNC was received.
-    pub(crate) fn sync(&mut self, now: Instant) {
-        self.sync_since = now;
-    }
-
-    /// Judges every row.
-    pub(crate) fn judge(&mut self, image: &Image<'_>, seen: &Observation<'_>) -> Judgement {
-        let events = core::mem::take(&mut self.events);
-        let mut judgement = Judgement {
-            connection_lost: events.bus_off_recovered,
-            ..Judgement::default()
-        };
-        let table = self.personality.faults;
-        for (bit, row) in (0u32..64).zip(table) {
-            let mask = 1 << bit;
-            let looked_for = match row.states {
-                States::All => true,
-                States::OperationEnabled => seen.enabled,
-            };
-            let is_connection = row.cause.is_lost_connection();
-            let matters = seen.connection_matters && is_connection;
-            let possible = (is_possible(image, row.switch) || matters) && looked_for;
-            if !possible {
-                self.forget(row.cause);
-            }
-            let there = possible && self.is_there(image, row, seen, events);
-            let active = self.active & mask != 0;
-            if there && !active {
-                self.active |= mask;
-                self.raised |= mask;
-                judgement.connection_lost |= is_connection;
-                if row.kind == Kind::Fault || matters {
-                    self.latched |= mask;
-                    judgement.is_fault = true;
-                    judgement.frees |= !row.cause.leaves_control();
-                }
-            } else if !there && active && self.latched & mask == 0 {
-                self.active &= !mask;
-                self.cleared |= mask;
-            }
-        }
-        self.communication = CommunicationErrors {
-            pdo_too_short: false,
-            pdo_too_long: false,
-            sync_length: false,
-            ..self.communication
-        };
-        judgement
-    }
-
-    /// A fault reset: every latched fault ends. Those whose cause persists come again with the
-    /// next [`FaultManager::judge`].
-    pub(crate) fn reset(&mut self) {
-        self.active &= !self.latched;
-        self.cleared |= core::mem::take(&mut self.latched);
-    }
-
-    /// The next change to announce, ended errors first.
-    pub(crate) fn announce(&mut self) -> Option<Announcement> {
-        let register = self.error_register();
-        let rules = self.personality.errors;
-        let table = self.personality.faults;
+    /// The next change to announce, ended errors first, with `errors` of all axes together.
+    pub(crate) fn announce(
+        &mut self,
+        personality: &Personality,
+        errors: Errors,
+    ) -> Option<Announcement> {
+        let rules = personality.errors;
+        let table = personality.faults;
+        let register = errors.register(table);
         if self.cleared != 0 {
             let bit = self.cleared.trailing_zeros();
             self.cleared &= self.cleared - 1;
@@ -242,7 +237,7 @@ impl FaultManager {
                 code: 0,
                 register,
                 vendor: [0, 0, 0, low, high],
-                shown: (!rules.keeps_last_code).then(|| self.present_error()),
+                shown: (!rules.keeps_last_code).then(|| errors.present(table)),
             });
         }
         if self.raised != 0 {
@@ -256,45 +251,117 @@ impl FaultManager {
                 shown: Some(if rules.keeps_last_code {
                     code
                 } else {
-                    self.present_error()
+                    errors.present(table)
                 }),
             });
         }
         None
     }
+}
 
-    /// 0x1001: bit 0 is set with any other (P3 l.579).
-    pub(crate) fn error_register(&self) -> u8 {
-        self.rows(self.active).fold(0, |register, row| {
-            register | 1 | 1 << (row.register_bit & 7)
-        })
+/// The errors of one axis.
+#[derive(Clone, Debug)]
+pub(crate) struct AxisFaults {
+    errors: Errors,
+    /// The position at the last tick, counts, if it was looked at.
+    position: i32,
+    has_position: bool,
+    /// Ticks until the control half shows a position by its new name.
+    renaming: u8,
+    /// The last SYNC, or when the time-out was switched on; never: it is off.
+    sync_since: Instant,
+    /// Since when the supply has been too high, and too low; never: it is not.
+    supply_high_since: Instant,
+    supply_low_since: Instant,
+}
+
+impl Default for AxisFaults {
+    fn default() -> AxisFaults {
+        AxisFaults {
+            errors: Errors::default(),
+            position: 0,
+            has_position: false,
+            renaming: 0,
+            sync_since: Instant::NEVER,
+            supply_high_since: Instant::NEVER,
+            supply_low_since: Instant::NEVER,
+        }
+    }
+}
+
+impl AxisFaults {
+    /// Those that are active.
+    pub(crate) fn errors(&self) -> Errors {
+        self.errors
     }
 
-    /// 0x1002: a bit for each active error.
-    pub(crate) fn status_register(&self) -> u32 {
-        self.rows(self.active).fold(0, |register, row| {
-            register | 1u32.checked_shl(u32::from(row.status_bit)).unwrap_or(0)
-        })
+    /// The actual position gets another name, which is no motion.
+    pub(crate) fn position_renamed(&mut self) {
+        self.renaming = 2;
+    }
+
+    /// A SYNC was received.
+    pub(crate) fn sync(&mut self, now: Instant) {
+        self.sync_since = now;
+    }
+
+    /// Judges every row.
+    pub(crate) fn judge(
+        &mut self,
+        personality: &Personality,
+        image: &Image<'_>,
+        seen: &Observation<'_>,
+        happened: &Happened,
+    ) -> Judgement {
+        let mut judgement = Judgement {
+            connection_lost: happened.events.bus_off_recovered,
+            ..Judgement::default()
+        };
+        for (bit, row) in (0u32..64).zip(personality.faults) {
+            let mask = 1 << bit;
+            let looked_for = match row.states {
+                States::All => true,
+                States::OperationEnabled => seen.enabled,
+            };
+            let is_connection = row.cause.is_lost_connection();
+            let matters = seen.connection_matters && is_connection;
+            let possible = (is_possible(image, row.switch) || matters) && looked_for;
+            if !possible {
+                self.forget(row.cause);
+            }
+            let limit_time_ms = personality.supply.limit_time_ms;
+            let there = possible && self.is_there(image, row, limit_time_ms, seen, happened);
+            let active = self.errors.active & mask != 0;
+            if there && !active {
+                self.errors.active |= mask;
+                judgement.connection_lost |= is_connection;
+                if row.kind == Kind::Fault || matters {
+                    self.errors.latched |= mask;
+                    judgement.is_fault = true;
+                    judgement.frees |= !row.cause.leaves_control();
+                }
+            } else if !there && active && self.errors.latched & mask == 0 {
+                self.errors.active &= !mask;
+            }
+        }
+        judgement
+    }
+
+    /// A fault reset: every latched fault ends. Those whose cause persists come again with the
+    /// next [`AxisFaults::judge`].
+    pub(crate) fn reset(&mut self) {
+        self.errors.active &= !self.errors.latched;
+        self.errors.latched = 0;
+    }
+
+    /// Whether a fault is latched.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.errors.latched != 0
     }
 
     /// Whether a warning is active.
     pub(crate) fn has_warning(&self) -> bool {
-        self.active & !self.latched != 0
-    }
-
-    /// The code of an active error, faults before warnings, else in the table's order; 0 if there
-    /// is none.
-    fn present_error(&self) -> u16 {
-        let fault = self.rows(self.latched).next();
-        let row = fault.or_else(|| self.rows(self.active).next());
-        row.map_or(0, |row| row.code)
-    }
-
-    fn rows(&self, set: u64) -> impl Iterator<Item = &'static FaultRow> {
-        (0u32..64)
-            .zip(self.personality.faults)
-            .filter(move |(bit, _)| set & (1 << bit) != 0)
-            .map(|(_, row)| row)
+        self.errors.active & !self.errors.latched != 0
     }
 
     /// A cause that is not looked for starts its time anew when it is again.
@@ -303,7 +370,7 @@ impl FaultManager {
             Cause::BusOverVoltage => self.supply_high_since = Instant::NEVER,
             Cause::BusUnderVoltage => self.supply_low_since = Instant::NEVER,
             Cause::SyncLoss => self.sync_since = Instant::NEVER,
-            Cause::PositionWrapped => self.position = None,
+            Cause::PositionWrapped => self.has_position = false,
             _ => {}
         }
     }
@@ -313,13 +380,18 @@ impl FaultManager {
         &mut self,
         image: &Image<'_>,
         row: &FaultRow,
+        supply_time_ms: u32,
         seen: &Observation<'_>,
-        events: Health,
+        happened: &Happened,
     ) -> bool {
+        let Happened {
+            events,
+            communication,
+        } = happened;
         let conditions = &seen.conditions;
         let feedback = seen.feedback;
         let now = seen.now;
-        let supply_ns = u64::from(self.personality.supply.limit_time_ms) * 1_000_000;
+        let supply_ns = u64::from(supply_time_ms) * 1_000_000;
         let threshold = match row.switch {
             Switch::Object(object) => value(image, object),
             _ => 0.0,
@@ -359,17 +431,18 @@ impl FaultManager {
             Cause::PositiveSoftStop => conditions.above_greatest_position,
             Cause::NegativeSoftStop => conditions.below_least_position,
             Cause::PositionWrapped => {
-                let before = self.position.replace(feedback.position);
+                let before = core::mem::replace(&mut self.position, feedback.position);
+                let had = core::mem::replace(&mut self.has_position, true);
                 let renaming = self.renaming > 0;
                 self.renaming = self.renaming.saturating_sub(1);
-                !renaming && before.is_some_and(|before| wrapped(before, feedback.position))
+                !renaming && had && wrapped(before, feedback.position)
             }
-            Cause::HeartbeatLost => self.communication.heartbeat_lost,
-            Cause::RpdoTimeout => self.communication.rpdo_timeout,
+            Cause::HeartbeatLost => communication.has(CommunicationErrors::HEARTBEAT_LOST),
+            Cause::RpdoTimeout => communication.has(CommunicationErrors::RPDO_TIMEOUT),
             Cause::ErrorPassive => events.error_passive,
-            Cause::PdoTooShort => self.communication.pdo_too_short,
-            Cause::PdoTooLong => self.communication.pdo_too_long,
-            Cause::SyncLength => self.communication.sync_length,
+            Cause::PdoTooShort => communication.has(CommunicationErrors::PDO_TOO_SHORT),
+            Cause::PdoTooLong => communication.has(CommunicationErrors::PDO_TOO_LONG),
+            Cause::SyncLength => communication.has(CommunicationErrors::SYNC_LENGTH),
             Cause::MagnetDistance => seen.signals.magnet != Magnet::Good,
             Cause::ShortCircuit => feedback.overcurrent,
             Cause::EncoderFeedback => !feedback.encoder_valid,
@@ -380,6 +453,7 @@ impl FaultManager {
             Cause::MotorTemperature => seen.motor_temperature_c > threshold,
             Cause::MotorPhasing => seen.phasing_error,
             Cause::TorqueOff => seen.torque_lost,
+            Cause::Own(bit) => seen.own_causes & 1u32.checked_shl(bit.into()).unwrap_or(0) != 0,
         }
     }
 }

@@ -6,7 +6,7 @@
 use canopen::{Address, Image};
 use control::Real;
 use control::tuning::{self, Pd, Pi, TuningError};
-use personalities::{GainObjects, LoopObjects, Scaled};
+use personalities::{Figure, GainObjects, LoopObjects};
 
 use crate::configuration::value;
 
@@ -106,7 +106,7 @@ impl Direct {
             let Some(step) = place(objects, object) else {
                 continue;
             };
-            let has_bandwidth = image.number(objects.bandwidth.field) != 0;
+            let has_bandwidth = value(image, objects.bandwidth) != 0.0;
             let write = match step {
                 1 if !has_bandwidth => GainWrite::NoBandwidth,
                 0 | 1 => GainWrite::ByRule,
@@ -241,9 +241,9 @@ fn show_loop(
             put(image, objects.damping, damping);
         }
     } else {
-        put(image, direct.proportional, pid.pi.kp * per_object);
-        put(image, direct.integral, pid.pi.ki * per_object);
-        put(image, direct.derivative, pid.kd * per_object);
+        put(image, direct.proportional.into(), pid.pi.kp * per_object);
+        put(image, direct.integral.into(), pid.pi.ki * per_object);
+        put(image, direct.derivative.into(), pid.kd * per_object);
     }
 }
 
@@ -268,7 +268,9 @@ fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
 }
 
 /// Rounded, and held within the object's type; what is not a number is 0.
-fn put(image: &mut Image<'_>, object: Scaled, value: f32) {
-    let half = if value < 0.0 { -0.5 } else { 0.5 };
-    image.set_number(object.field, (value * object.per_unit + half) as i64);
+fn put(image: &mut Image<'_>, figure: Figure, value: f32) {
+    if let Figure::Object(object) = figure {
+        let half = if value < 0.0 { -0.5 } else { 0.5 };
+        image.set_number(object.field, (value * object.per_unit + half) as i64);
+    }
 }

@@ -21,6 +21,8 @@
 )]
 
 mod application;
+mod axis_part;
+mod body;
 mod captures;
 mod command;
 mod comms;
@@ -39,6 +41,8 @@ mod publish;
 mod serving;
 mod timing;
 
+pub use axis_part::AxisPart;
+pub use body::{Body, List, OneAxis};
 pub use captures::CaptureOrder;
 pub use comms::{Comms, Made, Request, stored_node_id};
 pub use drive::{Drive, Hardware};

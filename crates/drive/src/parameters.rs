@@ -5,7 +5,7 @@ use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
 use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage, Real as _};
-use personalities::{LoopObjects, Personality};
+use personalities::{AxisPersonality, LoopObjects};
 
 use crate::Hardware;
 use crate::configuration::{limit, value};
@@ -26,6 +26,8 @@ pub enum ParameterError {
     Polarity(i64),
     /// PWM frequency 0, Hz.
     PwmFrequency(i64),
+    /// The body has no room for so many axes, or the drive has none.
+    Axes(usize),
     /// A dead time in which the slowest driver has not switched yet when the quickest does: both
     /// switches of a half bridge would be closed.
     DeadTime {
@@ -75,12 +77,12 @@ pub(crate) struct LoopParameters {
 }
 
 /// What velocity gains follow from, as the objects have it.
-pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
-    let motor = &personality.motor;
+pub(crate) fn figures(image: &Image<'_>, axis: &AxisPersonality) -> Figures {
+    let motor = &axis.motor;
     Figures {
         inertia_kg_m2: value(image, motor.rotor_inertia),
         torque_constant_nm_per_a: value(image, motor.torque_constant),
-        counts_per_turn: image.real(motor.encoder_resolution),
+        counts_per_turn: value(image, motor.encoder_resolution),
     }
 }
 
@@ -90,24 +92,24 @@ pub(crate) fn figures(image: &Image<'_>, personality: &Personality) -> Figures {
 /// The first [`ParameterError`].
 pub(crate) fn read_parameters(
     image: &Image<'_>,
-    personality: &Personality,
+    axis: &AxisPersonality,
     hardware: &Hardware,
     direct: Direct,
 ) -> Result<(Parameters<f32>, LoopParameters), ParameterError> {
-    let motor = &personality.motor;
-    let amplifier = &personality.amplifier;
-    let poles = image.number(motor.poles);
+    let motor = &axis.motor;
+    let amplifier = &axis.amplifier;
+    let poles = value(image, motor.poles) as i64;
     let pole_pairs = match poles {
         2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
         _ => return Err(ParameterError::Poles(poles)),
     };
-    let resolution = image.number(motor.encoder_resolution);
+    let resolution = value(image, motor.encoder_resolution) as i64;
     let counts_per_turn = match resolution {
         2..=0xFF_FFFF => resolution as i32,
         _ => return Err(ParameterError::EncoderResolution(resolution)),
     };
-    let electrical_polarity = polarity(image.number(motor.electrical_polarity))?;
-    let user_polarity = match personality.axis.polarity {
+    let electrical_polarity = polarity(value(image, motor.electrical_polarity) as i64)?;
+    let user_polarity = match axis.objects.polarity {
         Some(field) => polarity(image.number(field))?,
         None => 1,
     };
@@ -134,7 +136,7 @@ pub(crate) fn read_parameters(
         )
     };
     let gains = &amplifier.gains;
-    let figures = figures(image, personality);
+    let figures = figures(image, axis);
     let velocity = direct.velocity(image, &gains.velocity, &figures)?;
     let position = direct.position(image, &gains.position)?;
 
@@ -152,7 +154,7 @@ pub(crate) fn read_parameters(
         limit(image, motor.user_peak_current),
     );
     let peak_time_s = limit(image, motor.user_peak_time).unwrap_or(value(image, motor.peak_time));
-    let rated_torque = value(image, personality.axis.rated_torque_nm);
+    let rated_torque = value(image, axis.objects.rated_torque_nm);
     let [zero_a, zero_b] = amplifier.current_zero;
 
     let parameters = Parameters {
@@ -167,7 +169,7 @@ pub(crate) fn read_parameters(
         },
         encoder: EncoderSettings {
             counts_per_turn,
-            electrical_zero: image.number(motor.electrical_zero) as i32,
+            electrical_zero: value(image, motor.electrical_zero) as i32,
             electrical_polarity,
             user_polarity,
             lag_s: value(image, motor.encoder_lag),
@@ -176,7 +178,7 @@ pub(crate) fn read_parameters(
         },
         stage: PowerStage {
             scales: hardware.scales,
-            current_zero: [image.real(zero_a), image.real(zero_b)],
+            current_zero: [value(image, zero_a), value(image, zero_b)],
             current_limit_a: amplifier_a,
             voltage_limit_v: value(image, amplifier.max_phase_voltage),
             duty_margin: hardware.duty_margin.greatest(times.duty_margin),
@@ -194,11 +196,8 @@ pub(crate) fn read_parameters(
             speed_limit: velocity.pi.kp,
             position: position.pi,
             position_derivative: position.kd,
-            position_integral_limit: limit(
-                image,
-                personality.axis.configuration.max_motor_velocity,
-            )
-            .unwrap_or(f32::MAX),
+            position_integral_limit: limit(image, axis.objects.configuration.max_motor_velocity)
+                .unwrap_or(f32::MAX),
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,

@@ -17,12 +17,14 @@ pub(crate) fn publish(
     pm_per_ampere: f32,
     vl_counts_per_s: f32,
 ) {
-    image.set(objects.statusword, axis.statusword().0);
+    if let Some(statusword) = objects.statusword {
+        image.set(statusword, axis.statusword().0);
+    }
     image.set_number(objects.mode_display, i64::from(axis.mode_display()));
     let shown = &objects.feedback;
     count(image, shown.position, feedback.position);
     real(image, shown.velocity, feedback.velocity_reported);
-    real(image, shown.torque, feedback.current_q_a * pm_per_ampere);
+    optional(image, shown.torque, feedback.current_q_a * pm_per_ampere);
     optional(image, shown.current_a, feedback.current_q_a);
     if let Some(object) = shown.position_demand {
         // To the nearest count: a move may end a rounding error below its target.

@@ -2,20 +2,22 @@
 
 use canopen::{Abort, Address, Image, Owner, Verdict};
 use personalities::HostObjects;
+use personalities::own::OwnBehaviour;
 
 use crate::Host;
 use crate::application::Application;
+use crate::body::Body;
 use crate::program::Action;
 
 /// The application together with the host of a call.
-pub(crate) struct Serving<'a, H> {
-    pub(crate) application: &'a mut Application,
+pub(crate) struct Serving<'a, H, O, B: Body> {
+    pub(crate) application: &'a mut Application<O, B>,
     pub(crate) host: &'a mut H,
 }
 
-impl<H: Host> Serving<'_, H> {
+impl<H: Host, O: OwnBehaviour, B: Body> Serving<'_, H, O, B> {
     fn objects(&self) -> Option<&'static HostObjects> {
-        self.application.personality().host.as_ref()
+        self.application.personality.host.as_ref()
     }
 
     fn is_program(&self, object: Address) -> bool {
@@ -63,7 +65,7 @@ fn verdict(result: Result<(), Abort>) -> Verdict {
     }
 }
 
-impl<H: Host> Owner for Serving<'_, H> {
+impl<H: Host, O: OwnBehaviour, B: Body> Owner for Serving<'_, H, O, B> {
     fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
         match self.objects() {
             Some(objects) if objects.program_control == object => {

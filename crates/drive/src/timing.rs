@@ -5,6 +5,7 @@ use control::Real as _;
 use personalities::{AmplifierObjects, BridgeTimeObjects};
 
 use crate::ParameterError;
+use crate::configuration::value;
 
 /// The rate of the bridge and of the loops, and what else the PWM timer is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,15 +82,12 @@ pub(crate) fn read_timing(
     image: &Image<'_>,
     amplifier: &AmplifierObjects,
 ) -> Result<(PwmTiming, LoopTimes), ParameterError> {
-    let frequency = image.number(amplifier.pwm_frequency_hz);
+    let frequency = value(image, amplifier.pwm_frequency_hz) as i64;
     let frequency_hz = match u32::try_from(frequency) {
         Ok(frequency_hz) if frequency_hz > 0 => frequency_hz,
         _ => return Err(ParameterError::PwmFrequency(frequency)),
     };
-    let times = amplifier
-        .times
-        .as_ref()
-        .map_or(Times::NONE, |objects| Times::read(image, objects));
+    let times = Times::read(image, &amplifier.times);
     let period_ns = 1_000_000_000 / frequency_hz;
     if times.spread > times.dead {
         return Err(ParameterError::DeadTime {
@@ -142,17 +140,9 @@ struct Times {
 }
 
 impl Times {
-    const NONE: Times = Times {
-        dead: 0,
-        least: 0,
-        spread: 0,
-        settling: 0,
-        sampling: 0,
-        conversion: 0,
-    };
-
     fn read(image: &Image<'_>, objects: &BridgeTimeObjects) -> Times {
-        let ns = |field| u16::try_from(image.raw(field)).unwrap_or(u16::MAX);
+        // A cast holds what is beyond at the type's end.
+        let ns = |figure| value(image, figure) as u16;
         Times {
             dead: ns(objects.dead_time),
             least: ns(objects.propagation),

@@ -74,11 +74,12 @@ impl Bench {
     }
 }
 
-/// One error: how it comes, for how long it must be waited for, and how it goes.
+/// One error: how it comes, how it goes, and in which millisecond it is told. A time that is over in
+/// one millisecond is told in the next.
 struct Case {
     code: u16,
     provoke: fn(&mut Bench),
-    wait_ms: u32,
+    told_ms: u32,
     mend: fn(&mut Bench),
 }
 
@@ -90,7 +91,7 @@ const CASES: &[Case] = &[
             bench.write(0x1016, 1, 0x0007_000A, 4);
             bench.send(0x707, &[0x05]);
         },
-        wait_ms: 12,
+        told_ms: 10 + 1,
         mend: |bench| bench.send(0x707, &[0x05]),
     },
     Case {
@@ -99,7 +100,7 @@ const CASES: &[Case] = &[
             bench.map(20);
             bench.send(0x205, &[0, 0]);
         },
-        wait_ms: 22,
+        told_ms: 20 + 1,
         mend: |bench| bench.send(0x205, &[0, 0]),
     },
     Case {
@@ -108,7 +109,7 @@ const CASES: &[Case] = &[
             bench.map(0);
             bench.send(0x205, &[0]);
         },
-        wait_ms: 1,
+        told_ms: 1,
         mend: |bench| bench.send(0x205, &[0, 0]),
     },
     Case {
@@ -117,13 +118,13 @@ const CASES: &[Case] = &[
             bench.map(0);
             bench.send(0x205, &[0, 0, 0]);
         },
-        wait_ms: 1,
+        told_ms: 1,
         mend: |bench| bench.send(0x205, &[0, 0]),
     },
     Case {
         code: 0x8240,
         provoke: |bench| bench.send(0x080, &[1]),
-        wait_ms: 1,
+        told_ms: 1,
         mend: |bench| bench.send(0x080, &[]),
     },
 ];
@@ -136,39 +137,65 @@ fn each_has_its_code_and_is_a_warning_of_communication() {
         (case.provoke)(&mut bench);
         let code = case.code;
         // Generic and communication.
-        assert_eq!(bench.ticks(case.wait_ms), [(code, 0x11, 0)], "0x{code:04X}");
+        assert_eq!(bench.ticks(case.told_ms - 1), [], "0x{code:04X}: too early");
+        assert_eq!(bench.tick(), [(code, 0x11, 0)], "0x{code:04X}");
         // It lasts, and is told once.
-        assert_eq!(bench.ticks(5), [], "0x{code:04X}");
+        assert_eq!(bench.ticks(10), [], "0x{code:04X}");
         assert!(bench.drive.comms().axis().statusword().warning());
         (case.mend)(&mut bench);
-        assert_eq!(bench.ticks(2), [(0, 0, code)], "0x{code:04X}");
+        assert_eq!(bench.tick(), [(0, 0, code)], "0x{code:04X}");
+        assert_eq!(bench.tick(), [], "0x{code:04X}");
+        assert!(!bench.drive.comms().axis().statusword().warning());
         let state = bench.drive.comms().axis().state();
         assert_eq!(state, cia402::State::SwitchOnDisabled, "no fault");
     }
 }
 
-/// An error that comes and goes within a millisecond is told all the same.
+/// An error that comes and goes within a millisecond is told all the same, and once however often
+/// it comes.
 #[test]
 fn a_short_error_is_not_overlooked() {
     let mut bench = Bench::new(&p3_extended::P3_EXTENDED);
     bench.map(0);
     assert_eq!(bench.tick(), []);
-    bench.send(0x205, &[0]);
-    bench.send(0x205, &[0, 0]);
+    for _ in 0..2 {
+        bench.send(0x205, &[0]);
+        bench.send(0x205, &[0, 0]);
+    }
     assert_eq!(bench.tick(), [(0x8210, 0x11, 0)]);
     assert_eq!(bench.tick(), [(0, 0, 0x8210)]);
+    assert_eq!(bench.tick(), []);
+}
+
+/// What the controller says of itself while it is error passive.
+fn error_passive() -> Health {
+    Health {
+        error_passive: true,
+        ..Health::default()
+    }
 }
 
 #[test]
 fn the_controller_tells_that_it_is_error_passive() {
     let mut bench = Bench::new(&p3_extended::P3_EXTENDED);
     assert_eq!(bench.tick(), []);
-    bench.drive.report(Health {
-        error_passive: true,
-        ..Health::default()
-    });
-    assert_eq!(bench.tick(), [(0x8120, 0x11, 0)]);
+    // However often it is reported in a millisecond, and in however many, it is told once. The
+    // statusword shows it from the next millisecond on.
+    for ms in 0..11 {
+        for _ in 0..2 {
+            bench.drive.report(error_passive());
+            bench.drive.report(Health::default());
+        }
+        let expected: &[(u16, u8, u16)] = if ms == 0 { &[(0x8120, 0x11, 0)] } else { &[] };
+        assert_eq!(bench.tick(), expected, "{ms}");
+        let warning = bench.drive.comms().axis().statusword().warning();
+        assert_eq!(warning, ms > 0, "{ms}");
+    }
     assert_eq!(bench.tick(), [(0, 0, 0x8120)]);
+    assert_eq!(bench.tick(), []);
+    assert!(!bench.drive.comms().axis().statusword().warning());
+    let state = bench.drive.comms().axis().state();
+    assert_eq!(state, cia402::State::SwitchOnDisabled, "no fault");
 }
 
 #[test]
@@ -176,8 +203,14 @@ fn the_faithful_drive_knows_none_of_them() {
     for case in CASES {
         let mut bench = Bench::new(&p3::P3);
         (case.provoke)(&mut bench);
-        assert_eq!(bench.ticks(case.wait_ms + 5), [], "0x{:04X}", case.code);
+        assert_eq!(bench.ticks(case.told_ms + 10), [], "0x{:04X}", case.code);
     }
+    let mut bench = Bench::new(&p3::P3);
+    for _ in 0..5 {
+        bench.drive.report(error_passive());
+        assert_eq!(bench.tick(), []);
+    }
+    assert!(!bench.drive.comms().axis().statusword().warning());
 }
 
 /// 0x1029,1: what a bus-off does to the NMT state (CiA 301 7.5.2.29).

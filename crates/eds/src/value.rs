@@ -59,7 +59,8 @@ impl Value {
     }
 
     /// The value that a device gave as `bytes` in an SDO, written like `like`: in hexadecimal where
-    /// that is. `None` if they are no value of `data_type`.
+    /// that is. `None` if they are no value of `data_type`, or a text that a file cannot hold: not
+    /// UTF-8, with control characters, or with spaces around it.
     pub fn from_bytes(data_type: DataType, bytes: &[u8], like: Option<&Value>) -> Option<Value> {
         let kind = data_type.kind();
         let mut wide = [0; 8];
@@ -81,8 +82,9 @@ impl Value {
                     .iter()
                     .rposition(|&byte| byte != 0)
                     .map_or(0, |at| at + 1);
-                let text = String::from_utf8_lossy(bytes.get(..end)?);
-                text.replace(char::is_control, "?")
+                let text = std::str::from_utf8(bytes.get(..end)?).ok()?;
+                let is_kept = text == text.trim() && !text.contains(char::is_control);
+                is_kept.then(|| text.to_owned())?
             }
             Kind::Bytes => hexadecimal(bytes),
             Kind::Other => return None,
@@ -309,5 +311,39 @@ mod tests {
         let value = Value::from_bytes(DataType::UNSIGNED32, &[0x81, 1, 0, 0], Some(&like));
         assert_eq!(value.unwrap().text(), "0x00000181");
         assert_eq!(Value::from_bytes(DataType::UNSIGNED32, &[1, 2], None), None);
+    }
+
+    /// What a file would give back as other bytes is no value.
+    #[test]
+    fn texts_that_no_file_can_hold() {
+        let text = |bytes| Value::from_bytes(DataType::VISIBLE_STRING, bytes, None);
+        let strange: [&[u8]; 9] = [
+            b" P3",
+            b"P3 ",
+            b"  ",
+            b"P\r\n3",
+            b"P3\t",
+            b"P\x003",
+            b"P3\x7F",
+            b"Pr\xE4zision",
+            "\u{A0}P3".as_bytes(),
+        ];
+        for bytes in strange {
+            assert_eq!(text(bytes), None, "{bytes:02X?}");
+        }
+        // Those that can are kept, without the zeros that fill the object up.
+        let kept: [(&[u8], &str); 4] = [
+            (b"", ""),
+            (b"P3\0\0", "P3"),
+            (b"P3  ; \"x\"=1", "P3  ; \"x\"=1"),
+            ("Pr\u{E4}zision".as_bytes(), "Pr\u{E4}zision"),
+        ];
+        for (bytes, expected) in kept {
+            let value = text(bytes).unwrap();
+            assert_eq!(value.text(), expected);
+            let again = Value::new(value.text(), Some(DataType::VISIBLE_STRING));
+            let written = again.bytes(DataType::VISIBLE_STRING, ONE);
+            assert_eq!(written.as_deref(), Some(expected.as_bytes()));
+        }
     }
 }

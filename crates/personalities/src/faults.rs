@@ -105,6 +105,8 @@ pub enum Cause {
     RpdoTimeout,
     /// Safe torque off has taken the torque away.
     TorqueOff,
+    /// One of the drive's own: a bit of [`crate::own::OwnBehaviour::causes`], 0 to 31.
+    Own(u8),
 }
 
 impl Cause {

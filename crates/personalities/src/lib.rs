@@ -17,15 +17,19 @@
 pub mod class;
 mod faults;
 mod objects;
+pub mod own;
 pub mod p3;
 pub mod p3_extended;
+pub mod p3_jpl;
 mod personality;
+pub mod roboteq;
+pub mod serial;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, BridgeTimeObjects, ConfigurationObjects,
-    DirectGainObjects, FeedbackObjects, GainObjects, HomingObjects, HomingSearchObjects,
+    DirectGainObjects, FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects,
     InputFunction, InputObjects, LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
     TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, HostObjects, Personality, by_name};
+pub use personality::{ALL, AxisPersonality, HostObjects, Personality, by_name};

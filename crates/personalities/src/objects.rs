@@ -32,14 +32,36 @@ impl Scaled {
     }
 }
 
+/// A figure that the drive needs, and that not every drive has an object for.
+#[derive(Clone, Copy, Debug)]
+pub enum Figure {
+    /// The object that holds it.
+    Object(Scaled),
+    /// There is none: it is always this, in internal units.
+    Fixed(f32),
+}
+
+impl Figure {
+    /// An object in internal units.
+    pub const fn plain(field: Field) -> Figure {
+        Figure::Object(Scaled::plain(field))
+    }
+}
+
+impl From<Scaled> for Figure {
+    fn from(object: Scaled) -> Figure {
+        Figure::Object(object)
+    }
+}
+
 /// One axis: the objects of CiA 402, wherever the drive has them.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisObjects {
     /// Index of the axis's objects: 0x6000 for the first, 0x800 more for each further one. Its
     /// controlword is 0x40 further, its mode 0x60.
     pub base: u16,
-    /// 0x6041.
-    pub statusword: Handle<u16>,
+    /// 0x6041, if the drive has a state machine.
+    pub statusword: Option<Handle<u16>>,
     /// 0x6061.
     pub mode_display: Field,
     /// What the master wants.
@@ -51,7 +73,7 @@ pub struct AxisObjects {
     /// Homing, if the axis can.
     pub homing: Option<HomingObjects>,
     /// 0x6076, rated torque, to which per mille refer, Nm.
-    pub rated_torque_nm: Scaled,
+    pub rated_torque_nm: Figure,
     /// 0x607E, direction of positive values, +1 or −1.
     pub polarity: Option<Field>,
 }
@@ -94,7 +116,7 @@ pub struct FeedbackObjects {
     /// 0x606C, counts/s.
     pub velocity: Scaled,
     /// 0x6077, per mille of rated torque.
-    pub torque: Scaled,
+    pub torque: Option<Scaled>,
     /// 0x6078, A.
     pub current_a: Option<Scaled>,
     /// Position demand after limits (the P3's 0x60FC), counts.
@@ -358,27 +380,27 @@ pub struct WindowObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct MotorObjects {
     /// Encoder reading with the rotor under phase A, counts.
-    pub electrical_zero: Field,
+    pub electrical_zero: Figure,
     /// +1 or −1: order of the phases against the encoder's direction.
-    pub electrical_polarity: Field,
+    pub electrical_polarity: Figure,
     /// Its object, which takes no 0.
-    pub electrical_polarity_at: Address,
+    pub electrical_polarity_at: Option<Address>,
     /// Number of poles (twice the pole pairs).
-    pub poles: Field,
+    pub poles: Figure,
     /// Nm per A of peak phase current.
-    pub torque_constant: Scaled,
+    pub torque_constant: Figure,
     /// Terminal to terminal, Ω.
-    pub terminal_resistance: Scaled,
+    pub terminal_resistance: Figure,
     /// Terminal to terminal, H.
-    pub terminal_inductance: Scaled,
+    pub terminal_inductance: Figure,
     /// kg·m².
-    pub rotor_inertia: Scaled,
+    pub rotor_inertia: Figure,
     /// A.
-    pub continuous_current: Scaled,
+    pub continuous_current: Figure,
     /// A.
-    pub peak_current: Scaled,
+    pub peak_current: Figure,
     /// s.
-    pub peak_time: Scaled,
+    pub peak_time: Figure,
     /// The user's own, lower current limits: continuous A, peak A, time s; 0 is "none".
     pub user_continuous_current: Option<Scaled>,
     /// See [`MotorObjects::user_continuous_current`].
@@ -386,9 +408,9 @@ pub struct MotorObjects {
     /// See [`MotorObjects::user_continuous_current`].
     pub user_peak_time: Option<Scaled>,
     /// Counts per turn.
-    pub encoder_resolution: Field,
+    pub encoder_resolution: Figure,
     /// Age of an encoder reading, s.
-    pub encoder_lag: Scaled,
+    pub encoder_lag: Figure,
     /// The object that is 0 where the excess of current is limited as the P3's manual prints it, and
     /// 1 where dimensionally right (P30). Without it: as printed.
     pub i2t_rule: Option<Field>,
@@ -398,17 +420,17 @@ pub struct MotorObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct AmplifierObjects {
     /// PWM frequency, Hz.
-    pub pwm_frequency_hz: Field,
+    pub pwm_frequency_hz: Figure,
     /// PWM periods per control period.
     pub pwm_per_control: u8,
-    /// What switches and converters take their time for; `None`: nothing that the drive knows of.
-    pub times: Option<BridgeTimeObjects>,
+    /// What switches and converters take their time for.
+    pub times: BridgeTimeObjects,
     /// Greatest current, A.
-    pub max_current: Scaled,
+    pub max_current: Figure,
     /// Longest voltage vector, V of phase amplitude.
-    pub max_phase_voltage: Scaled,
+    pub max_phase_voltage: Figure,
     /// Calibrated readings at no current of phases A and B, converter counts.
-    pub current_zero: [Field; 2],
+    pub current_zero: [Figure; 2],
     /// The controllers.
     pub gains: GainObjects,
 }
@@ -417,17 +439,17 @@ pub struct AmplifierObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct BridgeTimeObjects {
     /// For how long after each switching both switches of a half bridge are open.
-    pub dead_time: Field,
+    pub dead_time: Figure,
     /// How much later than the timer a switch switches, at least.
-    pub propagation: Field,
+    pub propagation: Figure,
     /// By how much later at most than that.
-    pub propagation_spread: Field,
+    pub propagation_spread: Figure,
     /// For how long after a switching the current sensors do not read a current.
-    pub settling: Field,
+    pub settling: Figure,
     /// For how long a converter looks.
-    pub sampling: Field,
+    pub sampling: Figure,
     /// After what time beyond that its reading is there.
-    pub conversion: Field,
+    pub conversion: Figure,
 }
 
 /// The controllers' bandwidth and damping.
@@ -449,9 +471,9 @@ pub struct GainObjects {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopObjects {
     /// Hz.
-    pub bandwidth: Scaled,
+    pub bandwidth: Figure,
     /// 1 is critical.
-    pub damping: Scaled,
+    pub damping: Figure,
     /// Gains that can be given in place of the two, if there are such objects.
     pub direct: Option<DirectGainObjects>,
 }

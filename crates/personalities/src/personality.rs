@@ -1,8 +1,9 @@
 //! One documented drive.
 
+use crate::own::OwnKind;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended,
+    p3, p3_extended, p3_jpl,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -18,12 +19,8 @@ pub struct Personality {
     pub bit_rates: &'static [can::BitRate],
     /// CiA 402 dialect.
     pub cia402: cia402::Dialect,
-    /// Where the axis finds its objects.
-    pub axis: AxisObjects,
-    /// Where the controllers find the motor's parameters.
-    pub motor: MotorObjects,
-    /// Where the controllers find the amplifier's parameters.
-    pub amplifier: AmplifierObjects,
+    /// Its axes, each with a motor of its own. All have the rate of the first one's bridge.
+    pub axes: &'static [AxisPersonality],
     /// The errors it announces.
     pub faults: &'static [FaultRow],
     /// How it shows them.
@@ -40,14 +37,27 @@ pub struct Personality {
     pub node_id: Option<(canopen::Address, canopen::Handle<u16>)>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
-    /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
-    pub presets_position: Option<canopen::Address>,
-    /// Where the drive finds its digital inputs, if it has any.
-    pub inputs: Option<InputObjects>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
+    /// What only this drive does.
+    pub own: OwnKind,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
+}
+
+/// One axis of a drive: where it finds everything in the dictionary.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisPersonality {
+    /// Where the axis finds its objects.
+    pub objects: AxisObjects,
+    /// Where the controllers find the motor's parameters.
+    pub motor: MotorObjects,
+    /// Where the controllers find the amplifier's parameters.
+    pub amplifier: AmplifierObjects,
+    /// The object whose write presets the actual position, if there is one (the P3's 0x6064).
+    pub presets_position: Option<canopen::Address>,
+    /// Where the axis finds its digital inputs, if it has any.
+    pub inputs: Option<InputObjects>,
 }
 
 /// Objects whose contents lie outside the drive core: data sheet and program memory.
@@ -72,7 +82,7 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED];
+pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &p3_jpl::P3_JPL];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

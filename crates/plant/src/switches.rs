@@ -107,6 +107,7 @@ struct Contact {
     to: Way,
     hysteresis: Way,
     active_low: bool,
+    bounce_s: f64,
     bounce_periods: u32,
     /// Pressed or held by someone, whatever the shaft does.
     held: Option<bool>,
@@ -124,11 +125,22 @@ impl Contact {
             to: way(switch.to_turns),
             hysteresis: way(switch.hysteresis_turns),
             active_low: switch.active_low,
+            bounce_s: switch.bounce_s,
             bounce_periods: (switch.bounce_s / period_s) as u32,
             held: None,
             pressed: false,
             changed_at: 0,
             bouncing: false,
+        }
+    }
+
+    /// A period takes so long from now on, `periods` after the beginning, and took `before_s`. A
+    /// contact that bounces does so for the time that was left.
+    fn set_period_s(&mut self, before_s: f64, period_s: f64, periods: u32) {
+        self.bounce_periods = (self.bounce_s / period_s) as u32;
+        if self.bouncing {
+            let since = f64::from(periods.wrapping_sub(self.changed_at)) * (before_s / period_s);
+            self.changed_at = periods.wrapping_sub(since as u32);
         }
     }
 
@@ -189,6 +201,13 @@ impl Board {
             inputs: 0,
             auxiliary_adc: [0.0; 2],
             torque_off: false,
+        }
+    }
+
+    /// A PWM period takes so long from now on, s, `periods` after the beginning, and took `before_s`.
+    pub(crate) fn set_period_s(&mut self, before_s: f64, period_s: f64, periods: u32) {
+        for contact in self.contacts.iter_mut().flatten() {
+            contact.set_period_s(before_s, period_s, periods);
         }
     }
 

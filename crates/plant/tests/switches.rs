@@ -133,6 +133,29 @@ fn a_bouncing_contact_settles_and_repeats_itself() {
     }
 }
 
+/// A contact bounces for a time, not for a number of periods.
+#[test]
+fn another_pwm_period_leaves_the_bounce_as_long() {
+    let mut parameters = machine();
+    parameters.switches.home.as_mut().unwrap().bounce_s = 2e-3;
+    // Before the switch is reached, and in the middle of its bounce, at 0.51 turns.
+    for change_at in [0.3, 0.51] {
+        for period_s in [5e-6, 20e-6] {
+            let mut plant = moving(&parameters, 10.0);
+            while plant.truth().position_turns() < change_at {
+                plant.step();
+                plant.signals();
+            }
+            plant.set_pwm_period_s(period_s);
+            let seen = edges(&mut plant, (0.025 / period_s) as u32);
+            let last = seen.iter().rfind(|edge| edge.0 < 0.7).unwrap();
+            // A bouncing contact is open in its last periods with a chance of one half each.
+            assert!((0.5194..0.5203).contains(&last.0), "{change_at} {last:?}");
+            assert_eq!(last.1, 4);
+        }
+    }
+}
+
 #[test]
 fn a_finger_is_stronger_than_the_shaft() {
     let mut plant = Plant::<f32>::new(&machine());

@@ -58,8 +58,15 @@ impl Port {
             self.bit_rate = bit_rate;
             if self.protocol.is_on() {
                 self.protocol.start(now);
+                self.told_passive = false;
             }
         }
+    }
+
+    /// It is without power from now on.
+    pub(crate) fn stop(&mut self) {
+        self.protocol.stop();
+        self.told_passive = false;
     }
 
     /// Cuts it off from the others, or connects it again.

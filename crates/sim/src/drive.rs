@@ -7,8 +7,10 @@ use control::io::Duty;
 use control::{Feedback, Real as _};
 use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
 use personalities::Personality;
+use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
 
+use crate::axes::Virtual;
 use crate::controller::Controller;
 use crate::flash_file::FlashFile;
 use crate::latency::Latency;
@@ -25,8 +27,10 @@ pub struct DriveSettings {
     pub place: Place,
     /// Which drive it is.
     pub personality: &'static Personality,
-    /// Its motor, load and board.
+    /// Motor, load and board of its first axis.
     pub plant: Parameters,
+    /// Those of its other axes, the second one first; one that is missing is as the first.
+    pub others: Vec<Parameters>,
     /// Its non-volatile memory.
     pub store: FlashFile,
 }
@@ -56,8 +60,26 @@ impl DriveSettings {
             place,
             personality,
             plant,
+            others: Vec::new(),
             store: FlashFile::memory(Vec::new()),
         }
+    }
+}
+
+impl DriveSettings {
+    /// Motor, load and board of each axis, the first one first. Those that are as the first have noise
+    /// of their own.
+    pub fn plants(&self) -> Vec<Parameters> {
+        let others = self.others.iter().copied();
+        let like_first = (1_u32..).map(|axis| Parameters {
+            noise_seed: self.plant.noise_seed ^ axis.wrapping_mul(0x9E37_79B9),
+            ..self.plant
+        });
+        core::iter::once(self.plant)
+            .chain(others)
+            .chain(like_first.skip(self.others.len()))
+            .take(self.personality.axes.len().max(1))
+            .collect()
     }
 }
 
@@ -79,7 +101,7 @@ impl Extremes {
     }
 }
 
-type Core = Drive<Box<[u8]>>;
+type Core = Drive<Box<[u8]>, AnyOwn, Virtual>;
 
 /// What is written into the flash when its time has passed.
 #[derive(Clone, Copy, Debug)]
@@ -98,9 +120,10 @@ pub struct VirtualDrive {
     /// `None` while it boots, and while it has no node ID.
     core: Option<Core>,
     pub(crate) processor: Processor,
-    pub(crate) plant: Plant<f32>,
-    /// What its world was made of.
-    made: Parameters,
+    /// For each axis; there is one at least.
+    pub(crate) plants: Vec<Plant<f32>>,
+    /// What they were made of.
+    made: Vec<Parameters>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
@@ -130,6 +153,8 @@ impl VirtualDrive {
         let serial = (seed as u32)
             .wrapping_mul(1000)
             .wrapping_add(u32::from(place.number()));
+        let made = settings.plants();
+        let first = personality.axes.first();
         VirtualDrive {
             place,
             node: place.node(),
@@ -137,8 +162,8 @@ impl VirtualDrive {
             serial,
             core: None,
             processor: Processor::Alive,
-            plant: Plant::new(&settings.plant),
-            made: settings.plant,
+            plants: made.iter().map(Plant::new).collect(),
+            made,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
             changed_rate: None,
@@ -149,7 +174,10 @@ impl VirtualDrive {
             stalled_until: Instant::ZERO,
             boots_at,
             storing: None,
-            timing: PwmTiming::at(frequency_hz, personality.amplifier.pwm_per_control),
+            timing: PwmTiming::at(
+                frequency_hz,
+                first.map_or(1, |axis| axis.amplifier.pwm_per_control),
+            ),
             control_at: Instant::ZERO,
             control_rest: 0,
             extremes: Extremes::default(),
@@ -187,19 +215,34 @@ impl VirtualDrive {
         self.personality
     }
 
-    /// The physical world, to act upon (load, block, supply) and to look at.
+    /// The physical world of the first axis, to act upon (load, block, supply) and to look at.
     pub fn plant(&mut self) -> &mut Plant<f32> {
-        &mut self.plant
+        &mut self.plants[0]
     }
 
-    /// What its world was at the start.
+    /// The worlds of all axes, to act upon and to look at.
+    pub fn plants(&mut self) -> &mut [Plant<f32>] {
+        &mut self.plants
+    }
+
+    /// What the world of the first axis was at the start.
     pub fn made(&self) -> &Parameters {
+        &self.made[0]
+    }
+
+    /// What the world of each axis was at the start.
+    pub fn all_made(&self) -> &[Parameters] {
         &self.made
     }
 
-    /// The physical world, to look at.
+    /// The physical world of the first axis, to look at.
     pub fn world(&self) -> &Plant<f32> {
-        &self.plant
+        &self.plants[0]
+    }
+
+    /// The worlds of all axes, to look at.
+    pub fn worlds(&self) -> &[Plant<f32>] {
+        &self.plants
     }
 
     /// The drive core; `None` while it boots, and while it has no node ID.
@@ -230,22 +273,27 @@ impl VirtualDrive {
     pub(crate) fn control(&mut self) {
         // The timer of a processor that hangs goes on with what it has.
         if !matches!(self.processor, Processor::Hung { .. }) {
-            let duty = match &mut self.core {
-                Some(core) => {
-                    let duty = core.control_period(&self.plant.sample(), &self.plant.signals());
-                    self.extremes.widen(&core.feedback());
-                    duty
+            for (axis, plant) in self.plants.iter_mut().enumerate() {
+                let duty = match &mut self.core {
+                    Some(core) => core.axis_period(axis, &plant.sample(), &plant.signals()),
+                    // A processor in reset opens the bridge.
+                    None => Duty {
+                        phase: [0.5; 3],
+                        enabled: false,
+                    },
+                };
+                plant.load(&duty);
+            }
+            if let Some(core) = &self.core {
+                for feedback in core.feedbacks() {
+                    self.extremes.widen(&feedback);
                 }
-                // A processor in reset opens the bridge.
-                None => Duty {
-                    phase: [0.5; 3],
-                    enabled: false,
-                },
-            };
-            self.plant.load(&duty);
+            }
         }
-        for _ in 0..self.timing.periods_per_control {
-            self.plant.step();
+        for plant in &mut self.plants {
+            for _ in 0..self.timing.periods_per_control {
+                plant.step();
+            }
         }
         let hz = u64::from(self.timing.frequency_hz);
         self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;
@@ -261,14 +309,17 @@ impl VirtualDrive {
         if timing == self.timing {
             return;
         }
-        if timing.frequency_hz != self.timing.frequency_hz {
+        let other_rate = timing.frequency_hz != self.timing.frequency_hz;
+        if other_rate {
             self.control_rest = 0;
-            self.plant
-                .set_pwm_period_s(1.0 / f64::from(timing.frequency_hz));
         }
-        self.plant
-            .set_timer_dead_time_s(f64::from(timing.dead_time_ns) * 1e-9);
-        self.plant.set_late_periods(timing.late_periods);
+        for plant in &mut self.plants {
+            if other_rate {
+                plant.set_pwm_period_s(1.0 / f64::from(timing.frequency_hz));
+            }
+            plant.set_timer_dead_time_s(f64::from(timing.dead_time_ns) * 1e-9);
+            plant.set_late_periods(timing.late_periods);
+        }
         self.timing = timing;
     }
 
@@ -290,12 +341,17 @@ impl VirtualDrive {
     }
 
     /// Holds the processor up: frames that come before `until` wait in the receive FIFO. Frames alone
-    /// cannot overrun it: a frame takes at least 47 µs on the wire and at most 12 µs to handle.
-    pub fn stall_until(&mut self, until: Instant) {
-        self.stalled_until = until;
+    /// cannot overrun it: a frame takes at least 47 µs on the wire and at most 12 µs to handle. False,
+    /// and nothing is done, if it does not work.
+    pub fn stall_until(&mut self, until: Instant) -> bool {
+        if self.why_idle().is_some() {
+            return false;
+        }
+        self.stalled_until = self.stalled_until.max(until);
         if self.service_at != Instant::NEVER {
             self.service_at = self.service_at.max(until);
         }
+        true
     }
 
     fn report(&mut self, event: Health) {
@@ -306,11 +362,14 @@ impl VirtualDrive {
 
     /// When [`VirtualDrive::poll`] must be called next.
     pub(crate) fn next_poll(&self) -> Instant {
-        if self.is_lifeless() {
-            return self.next_power();
+        let mut next = self.next_power();
+        if self.is_bus_off() {
+            next = next.min(self.recovers_at());
         }
-        let mut next = self
-            .next_power()
+        if self.is_lifeless() {
+            return next;
+        }
+        next = next
             .min(self.service_at)
             .min(self.boots_at)
             .min(self.store.next_work())
@@ -321,9 +380,6 @@ impl VirtualDrive {
         if let Some((_, at)) = self.storing {
             next = next.min(at);
         }
-        if self.is_bus_off() {
-            next = next.min(self.recovers_at());
-        }
         next
     }
 
@@ -331,6 +387,15 @@ impl VirtualDrive {
     /// `notice`.
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         self.follow_power(now);
+        // A controller comes back by itself, also while the processor hangs.
+        let is_on = self.processor != Processor::Off;
+        if is_on && self.is_bus_off() && now >= self.recovers_at() {
+            let bit_ns = self.bit_rate().bit_ns();
+            if self.controller.port.protocol.rest(now, bit_ns) {
+                self.recovered();
+                notice(NoticeKind::BusOn);
+            }
+        }
         if self.is_lifeless() {
             self.switch_controller(now);
             return;
@@ -338,13 +403,6 @@ impl VirtualDrive {
         if now >= self.boots_at {
             self.boots_at = Instant::NEVER;
             self.boot(now, notice);
-        }
-        if self.is_bus_off() && now >= self.recovers_at() {
-            let bit_ns = self.bit_rate().bit_ns();
-            if self.controller.port.protocol.rest(now, bit_ns) {
-                self.recovered();
-                notice(NoticeKind::BusOn);
-            }
         }
         // The core judges what it was told since its last tick.
         if self.controller.port.protocol.counters.is_passive() {
@@ -411,11 +469,11 @@ impl VirtualDrive {
     /// A controller is on while there is a program behind it.
     fn switch_controller(&mut self, now: Instant) {
         let is_on = self.core.is_some() || self.station.is_on();
-        let protocol = &mut self.controller.port.protocol;
-        if is_on && !protocol.is_on() {
-            protocol.start(now);
-        } else if !is_on && protocol.is_on() {
-            protocol.stop();
+        let port = &mut self.controller.port;
+        if is_on && !port.protocol.is_on() {
+            port.protocol.start(now);
+        } else if !is_on && port.protocol.is_on() {
+            port.stop();
         }
     }
 
@@ -493,12 +551,13 @@ impl VirtualDrive {
         self.controller.silence(false);
         self.controller.clear();
         self.service_at = Instant::NEVER;
+        self.stalled_until = Instant::ZERO;
         self.storing = None;
     }
 
     fn boot(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
         let hardware = Hardware {
-            scales: self.plant.parameters().scales,
+            scales: self.plants[0].parameters().scales,
             duty_margin: 0.0,
         };
         if self.store.fell_back() {
@@ -519,7 +578,7 @@ impl VirtualDrive {
         if let Err(error) = self.store.start_programs(self.personality) {
             notice(NoticeKind::CannotStore(error));
         }
-        let made = Drive::new(
+        let made = Drive::build(
             self.personality,
             hardware,
             memory,
@@ -563,15 +622,9 @@ impl VirtualDrive {
         let result = match made {
             Ok(used) => {
                 bytes.truncate(used);
-                let replaced = self.store.replace(bytes);
-                if self.store.flash().has_lost_power() {
-                    notice(NoticeKind::PowerCutInSave);
-                    self.store.flash().power_on();
-                    self.store.load();
-                    self.lose_program();
-                    self.boots_at = now.plus_ns(self.latency.boot_ns());
+                let Some(replaced) = self.replace_stored(bytes, now, notice) else {
                     return;
-                }
+                };
                 replaced.map_err(|error| {
                     notice(NoticeKind::CannotStore(error));
                     Abort::HARDWARE
@@ -579,6 +632,8 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
-        core.store_done(result, now);
+        if let Some(core) = &mut self.core {
+            core.store_done(result, now);
+        }
     }
 }

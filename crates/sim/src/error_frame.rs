@@ -1,6 +1,7 @@
 //! Errors on the wire as the controller of outside programs sees them, told as the driver of a real
 //! one tells them: SocketCAN's error messages (linux/can/error.h).
 
+use bus::ErrorFrame;
 use bus::recording::Content;
 use canopen::Instant;
 
@@ -31,19 +32,14 @@ const WHILE_SENDING: u8 = 0x80;
 pub struct ErrorSeen {
     /// When the bit ended at which it was noticed.
     pub at: Instant,
-    /// Classes of error, bits 0–28.
-    pub class: u32,
-    /// Particulars.
-    pub data: [u8; 8],
+    /// What it says.
+    pub frame: ErrorFrame,
 }
 
 impl ErrorSeen {
     /// As recordings have it.
     pub fn content(&self) -> Content {
-        Content::Error {
-            class: self.class,
-            data: self.data,
-        }
+        Content::Error(self.frame)
     }
 
     fn new(at: Instant, class: u32, counters: ErrorCounters, particulars: [u8; 3]) -> ErrorSeen {
@@ -52,8 +48,10 @@ impl ErrorSeen {
         let (transmit, receive) = (byte(counters.transmit), byte(counters.receive));
         ErrorSeen {
             at,
-            class: class | COUNTERS,
-            data: [0, state, kind, place, 0, 0, transmit, receive],
+            frame: ErrorFrame {
+                class: class | COUNTERS,
+                data: [0, state, kind, place, 0, 0, transmit, receive],
+            },
         }
     }
 

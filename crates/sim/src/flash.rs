@@ -11,7 +11,7 @@ use rand_core::{RngCore as _, SeedableRng as _};
 use rand_pcg::Pcg32;
 
 /// What erased flash reads as.
-const ERASED: u8 = 0xFF;
+pub(crate) const ERASED: u8 = 0xFF;
 
 /// A NOR flash with pages of `PAGE` bytes (what one write is aligned to) and sectors of `SECTOR`
 /// bytes (what one erase takes).
@@ -142,6 +142,13 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
         }
     }
 
+    /// The same that holds `image` at first; what is longer than it is left out.
+    pub fn of_image(image: &[u8], capacity: usize) -> MemoryFlash<PAGE, SECTOR> {
+        let mut flash = MemoryFlash::new(capacity);
+        flash.bytes = image.iter().take(flash.capacity).copied().collect();
+        flash
+    }
+
     /// The flash whose image is the file at `path`, erased if there is none. What the file has beyond
     /// `capacity` bytes is neither read nor touched.
     ///
@@ -184,6 +191,11 @@ impl<const PAGE: usize, const SECTOR: usize> MemoryFlash<PAGE, SECTOR> {
     /// Lets the power fail. From the cut on everything is refused, until [`MemoryFlash::power_on`].
     pub fn cut_after(&mut self, cut: PowerCut) {
         self.cut = Some(cut);
+    }
+
+    /// Calls off a cut that has not come yet, and returns what is left of it.
+    pub fn call_off(&mut self) -> Option<PowerCut> {
+        self.cut.take().filter(|_| self.powered)
     }
 
     /// The power is back; a cut that has not come yet is called off.

@@ -2,13 +2,14 @@
 
 use std::fs;
 use std::io::{self, ErrorKind};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use canopen::store;
 use drive::flash::{LoadError, ParameterFlash, Region, SaveError, Slot, SlotState};
 use drive::program::{Banks, ProgramStore};
 
-use crate::flash::MemoryFlash;
+use crate::flash::{ERASED, MemoryFlash, PowerCut};
 use crate::host::Programs;
 use crate::place::Place;
 use crate::store::{StoreError, free_name};
@@ -20,7 +21,7 @@ const BANKS: [Region; 2] = [
     Region::new(0x8000, 0x2_0000),
     Region::new(0x2_8000, 0x2_0000),
 ];
-const CAPACITY: usize = 0x4_8000;
+pub(crate) const CAPACITY: usize = 0x4_8000;
 
 /// A drive's non-volatile memory: the image of its flash in a file, or memory that ends with the
 /// process.
@@ -36,18 +37,42 @@ pub struct FlashFile {
     /// What the drive finds when it starts.
     stored: Vec<u8>,
     fell_back: bool,
+    /// The power fails in a save of parameters to come, and in nothing else that is written.
+    pub(crate) cut_in_save: Option<PowerCut>,
     /// The programs, since the drive's last start.
     pub(crate) running: Option<Programs>,
 }
 
 impl FlashFile {
-    /// Memory that holds the stored parameters `bytes` at first.
+    /// Memory that holds the stored parameters `bytes` at first; it is erased if there are none.
     pub fn memory(bytes: Vec<u8>) -> FlashFile {
         let mut memory = FlashFile::over(MemoryFlash::new(CAPACITY), None);
+        if bytes.is_empty() {
+            return memory;
+        }
         // What does not fit is kept for the drive's next start all the same.
         let _: Result<(), StoreError> = memory.save(&bytes);
         memory.stored = bytes;
         memory
+    }
+
+    /// Memory whose flash has this [`FlashFile::image`] at first.
+    pub fn of_image(image: &[u8]) -> FlashFile {
+        let mut memory = FlashFile::over(MemoryFlash::of_image(image, CAPACITY), None);
+        memory.load();
+        memory
+    }
+
+    /// The image of its flash, parameters and programs, up to the last byte that is not erased.
+    pub fn image(&self) -> &[u8] {
+        let bytes = self.flash.bytes();
+        let end = bytes.iter().rposition(|byte| *byte != ERASED);
+        bytes.get(..end.map_or(0, |last| last + 1)).unwrap_or(bytes)
+    }
+
+    /// Its file; `None` if it is memory that ends with the process.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     /// The flash of the drive at `place` in `folder`, which is made if it is not there: the file
@@ -88,6 +113,7 @@ impl FlashFile {
             path,
             stored: Vec::new(),
             fell_back: false,
+            cut_in_save: None,
             running: None,
         }
     }
@@ -127,7 +153,7 @@ impl FlashFile {
             Slot::Second => SLOTS[1].at,
         };
         let known = self.flash.bytes().iter().skip(at as usize).copied();
-        known.chain(std::iter::repeat(0xFF)).take(64).collect()
+        known.chain(std::iter::repeat(ERASED)).take(64).collect()
     }
 
     /// Takes over what an earlier version has stored.
@@ -170,7 +196,17 @@ impl FlashFile {
     /// # Errors
     /// [`StoreError::Write`]; what was stored before is still there.
     pub fn replace(&mut self, bytes: Vec<u8>) -> Result<(), StoreError> {
-        self.save(&bytes)?;
+        let saved = match self.cut_in_save.take() {
+            Some(cut) => {
+                self.flash.cut_after(cut);
+                let saved = self.save(&bytes);
+                // A save that ends before it leaves the rest to the next one.
+                self.cut_in_save = self.flash.call_off();
+                saved
+            }
+            None => self.save(&bytes),
+        };
+        saved?;
         self.stored = bytes;
         self.fell_back = false;
         Ok(())
@@ -250,6 +286,15 @@ impl FlashFile {
         }
         let opened = ProgramStore::open(&mut self.flash, self.banks, product);
         opened.map_err(|error| self.write_error(io::Error::other(error)))
+    }
+
+    /// Where the bytes of the newest whole set of parameters are in the flash, if there is one that is
+    /// not empty.
+    pub(crate) fn newest_set(&mut self) -> Option<Range<usize>> {
+        let loaded = self.slots.find(&mut self.flash).ok()?;
+        let set = loaded.set.filter(|set| set.bytes > 0)?;
+        let body = self.slots.body(&set);
+        Some(body.at as usize..body.at as usize + body.bytes as usize)
     }
 
     fn install(&mut self, programs: &mut ProgramStore, image: &[u8]) -> Result<(), canopen::Abort> {

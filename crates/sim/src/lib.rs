@@ -9,6 +9,7 @@
 //! motor, behind a CAN controller with a finite receive FIFO. Outside programs reach the bus
 //! through its gateway ([`Bus::send`]); [`Recording`] writes down what they did, so that the run
 //! can be repeated.
+mod axes;
 mod bus;
 mod controller;
 mod data_sheet;
@@ -37,6 +38,7 @@ mod store;
 mod stranger;
 mod wire_act;
 
+pub use axes::{Axes, Virtual};
 pub use bus::{Bus, BusSettings};
 pub use can::BitRate;
 pub use data_sheet::data_sheet;

@@ -192,12 +192,7 @@ impl VirtualDrive {
             && now >= at
         {
             self.station.storing = None;
-            let stored = self.store_lss(&configuration).map_err(|error| {
-                if let Some(error) = error {
-                    notice(NoticeKind::CannotStore(error));
-                }
-                StoreError::Access
-            });
+            let stored = self.store_lss(&configuration, now, notice);
             let slave = self.station.slave.as_mut();
             if let Some(answer) = slave.and_then(|slave| slave.complete(stored)) {
                 self.station.answer(answer);
@@ -242,14 +237,23 @@ impl VirtualDrive {
         }
     }
 
-    /// Why it cannot, if there is more to say than that there is no room.
+    /// If the power fails meanwhile, there is no slave any more that could answer.
     fn store_lss(
         &mut self,
         configuration: &LssConfiguration,
-    ) -> Result<(), Option<crate::StoreError>> {
+        now: Instant,
+        notice: &mut impl FnMut(NoticeKind),
+    ) -> Result<(), StoreError> {
         let mut bytes = vec![0; self.store.capacity()];
         let used = store::lss::replace(self.store.bytes(), configuration, &mut bytes);
-        bytes.truncate(used.map_err(|_| None)?);
-        self.store.replace(bytes).map_err(Some)
+        bytes.truncate(used.map_err(|_| StoreError::Access)?);
+        match self.replace_stored(bytes, now, notice) {
+            Some(Ok(())) => Ok(()),
+            Some(Err(error)) => {
+                notice(NoticeKind::CannotStore(error));
+                Err(StoreError::Access)
+            }
+            None => Err(StoreError::Access),
+        }
     }
 }

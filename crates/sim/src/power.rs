@@ -23,13 +23,34 @@ pub(crate) enum Processor {
 }
 
 impl VirtualDrive {
-    /// Lets the processor hang from now on. 20 ms later the watchdog resets it.
-    pub fn hang(&mut self, now: Instant) {
-        if self.processor == Processor::Alive && !self.is_booting() {
-            self.processor = Processor::Hung {
-                until: now.plus_ns(WATCHDOG_NS),
-            };
+    /// Lets the processor hang from now on. 20 ms later the watchdog resets it. False, and nothing is
+    /// done, if it does not work.
+    pub fn hang(&mut self, now: Instant) -> bool {
+        if self.why_idle().is_some() {
+            return false;
         }
+        self.processor = Processor::Hung {
+            until: now.plus_ns(WATCHDOG_NS),
+        };
+        true
+    }
+
+    /// What the processor does, if it does not work.
+    pub(crate) fn why_idle(&self) -> Option<&'static str> {
+        match self.processor {
+            // It may have lost its supply at this very moment.
+            _ if !self.plants[0].logic_powered() => Some("has no supply"),
+            Processor::Off => Some("has no supply"),
+            Processor::Hung { .. } => Some("hangs already"),
+            Processor::Alive if self.is_booting() => Some("boots"),
+            Processor::Alive => None,
+        }
+    }
+
+    /// Everything that does not survive a logic supply that fails: also what the last reset was.
+    pub(crate) fn lose_supply(&mut self) {
+        self.lose_program();
+        self.health.watchdog_reset = false;
     }
 
     /// Whether the processor neither hears nor computes.
@@ -39,7 +60,7 @@ impl VirtualDrive {
 
     /// When the state of the processor must be looked at next.
     pub(crate) fn next_power(&self) -> Instant {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) | (Processor::Alive | Processor::Hung { .. }, false) => {
                 Instant::ZERO
             }
@@ -50,13 +71,13 @@ impl VirtualDrive {
 
     /// Follows the logic supply and the watchdog.
     pub(crate) fn follow_power(&mut self, now: Instant) {
-        match (self.processor, self.plant.logic_powered()) {
+        match (self.processor, self.plants[0].logic_powered()) {
             (Processor::Off, true) => {
                 self.processor = Processor::Alive;
                 self.boots_at = now.plus_ns(self.latency.boot_ns());
             }
             (Processor::Alive | Processor::Hung { .. }, false) => {
-                self.lose_program();
+                self.lose_supply();
                 self.processor = Processor::Off;
                 self.boots_at = Instant::NEVER;
             }

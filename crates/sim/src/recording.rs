@@ -3,14 +3,18 @@
 //! The recording (`FILE`) holds every frame, in the format that its ending tells
 //! ([`bus::recording`]); a replay is compared with candump's. The run file (`FILE.run`) holds what
 //! the frames follow from: seed, drives, what they had stored, and each outside frame with the
-//! nanosecond at which it was handed to the bus. Its lines:
+//! nanosecond at which it was handed to the bus. Its lines, of which `lose`, `duplicate` and
+//! `error-frames` are there only if they change something:
 //!
 //! ```text
 //! servobus run 1
 //! seed 42
 //! bit-rate 1M
+//! lose 1%
+//! duplicate 0.5%
+//! error-frames on
 //! drive 1 p3
-//! stored 1 53425031…
+//! flash 1 0x0000 53425331…
 //! (0.020000000) client1 000#8100
 //! block 1 on 0.350000000
 //! wire 0.400000000 flip 12 181/7FF from any skip 0 times 1 seen-by all
@@ -18,9 +22,13 @@
 //! ```
 //!
 //! Drives without a node ID are `u1`, `u2` and so on ([`Place`]). Without its line the bit rate is
-//! 1 Mbit/s. A disturbed bus has the lines `lose 1%` and `duplicate 0.5%`, too; outside frames are
-//! written down before they are disturbed, and what outside programs got of the drives' frames is
-//! not in the log.
+//! 1 Mbit/s. On a bus that loses or repeats frames outside frames are written down before that
+//! happens to them, and what outside programs got of the drives' frames is not in the log. With
+//! `error-frames on` error messages are in the log, too.
+//!
+//! The lines `flash` are what a drive's flash held, both sets of parameters and programs, each line
+//! a stretch without erased bytes between. An earlier version wrote `stored 1 53425031…`, the newest
+//! set of parameters alone; that is read, too.
 //!
 //! A scenario is there whole, its name in `scenario-file` and each of its lines behind `scenario`;
 //! what it did are comments, lines that begin with `#`.
@@ -37,6 +45,7 @@ use personalities::Personality;
 
 use crate::disturbance::Disturbance;
 use crate::error_frame::ErrorSeen;
+use crate::flash::ERASED;
 use crate::flash_file::FlashFile;
 use crate::medium::{Sender, Traffic};
 use crate::notice::{Happening, Notice, NoticeKind};
@@ -63,13 +72,13 @@ pub struct Injection {
     pub frame: Frame,
 }
 
-/// Parameters that a drive had stored before the run.
+/// What a drive had stored before the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoredBefore {
     /// Whose.
     pub place: Place,
-    /// The store's bytes.
-    pub bytes: Vec<u8>,
+    /// The image of its flash ([`FlashFile::image`]).
+    pub image: Vec<u8>,
 }
 
 /// What a run begins with.
@@ -103,10 +112,10 @@ impl RunHeader {
             drives: drives.iter().map(|d| (d.place, d.personality)).collect(),
             stored: drives
                 .iter()
-                .filter(|drive| !drive.store.bytes().is_empty())
+                .filter(|drive| !drive.store.image().is_empty())
                 .map(|drive| StoredBefore {
                     place: drive.place,
-                    bytes: drive.store.bytes().to_vec(),
+                    image: drive.store.image().to_vec(),
                 })
                 .collect(),
             scenario: settings.scenario.clone(),
@@ -138,8 +147,7 @@ impl RunHeader {
                 .stored
                 .iter()
                 .find(|stored| stored.place == drive.place);
-            let bytes = stored.map_or_else(Vec::new, |stored| stored.bytes.clone());
-            drive.store = FlashFile::memory(bytes);
+            drive.store = FlashFile::of_image(stored.map_or(&[], |stored| &stored.image));
         }
         Ok(settings)
     }
@@ -183,11 +191,13 @@ impl Recording {
             writeln!(run, "drive {place} {}", personality.name)?;
         }
         for stored in &header.stored {
-            let hex = stored.bytes.iter().fold(String::new(), |mut hex, byte| {
-                let _ = write!(hex, "{byte:02X}");
-                hex
-            });
-            writeln!(run, "stored {} {hex}", stored.place)?;
+            for (at, bytes) in written_pieces(&stored.image) {
+                let hex = bytes.iter().fold(String::new(), |mut hex, byte| {
+                    let _ = write!(hex, "{byte:02X}");
+                    hex
+                });
+                writeln!(run, "flash {} {at:#06X} {hex}", stored.place)?;
+            }
         }
         if let Some(scenario) = &header.scenario {
             let file = scenario.file().replace(['\n', '\r'], " ");
@@ -340,6 +350,21 @@ pub fn write_frame(log: &mut Recorder, traffic: &Traffic) -> io::Result<()> {
 /// Those of the file system.
 pub fn write_notice(log: &mut Recorder, notice: &Notice) -> io::Result<()> {
     log.note(notice.at.0, &notice.to_string())
+}
+
+/// The stretches of an image that are not erased, and where they begin. Fewer erased bytes than a line
+/// of their own would take do not end one.
+fn written_pieces(image: &[u8]) -> Vec<(usize, &[u8])> {
+    const GAP: usize = 16;
+    let mut pieces: Vec<std::ops::Range<usize>> = Vec::new();
+    for (at, _) in image.iter().enumerate().filter(|(_, b)| **b != ERASED) {
+        match pieces.last_mut() {
+            Some(piece) if at - piece.end < GAP => piece.end = at + 1,
+            _ => pieces.push(at..at + 1),
+        }
+    }
+    let pieces = pieces.into_iter();
+    pieces.map(|piece| (piece.start, &image[piece])).collect()
 }
 
 fn seconds(at: Instant) -> String {

@@ -11,6 +11,8 @@ use canopen::Instant;
 
 use crate::Bus;
 use crate::disturbance::{Disturbance, NoShare, Share};
+use crate::flash::ERASED;
+use crate::flash_file::{CAPACITY, FlashFile};
 use crate::notice::Happening;
 use crate::place::{NoPlace, Place};
 use crate::recording::{CHANNEL, COMMENT, FIRST_LINE, RunHeader, StoredBefore, run_path};
@@ -265,13 +267,46 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         "stored" => {
             let place = words.place()?;
             let (column, hex) = words.next("the stored bytes")?;
-            let bytes = from_hex(hex).ok_or_else(|| {
-                (
-                    column,
-                    "pairs of hexadecimal digits are expected".to_owned(),
-                )
+            let bytes = bytes_of(column, hex)?;
+            // From a version that wrote down the newest set alone.
+            let memory = FlashFile::memory(bytes);
+            if memory.image().is_empty() && !memory.bytes().is_empty() {
+                let what = format!("a drive stores no more than {} bytes", memory.capacity());
+                return Err((column, what));
+            }
+            let image = memory.image().to_vec();
+            run.header.stored.push(StoredBefore { place, image });
+        }
+        "flash" => {
+            let place = words.place()?;
+            let (at_column, at) = words.next("an address")?;
+            let (column, hex) = words.next("the bytes there")?;
+            let at = at.strip_prefix("0x");
+            let at = at.and_then(|at| usize::from_str_radix(at, 16).ok());
+            let at = at.ok_or_else(|| {
+                let what = "an address is expected, like 0x4000";
+                (at_column, what.to_owned())
             })?;
-            run.header.stored.push(StoredBefore { place, bytes });
+            let bytes = bytes_of(column, hex)?;
+            let fits = at
+                .checked_add(bytes.len())
+                .is_some_and(|end| end <= CAPACITY);
+            if !fits {
+                let what = format!("a drive's flash has {CAPACITY} bytes");
+                return Err((at_column, what));
+            }
+            let stored = &mut run.header.stored;
+            let known = stored.iter().position(|stored| stored.place == place);
+            let n = known.unwrap_or(stored.len());
+            if known.is_none() {
+                let image = Vec::new();
+                stored.push(StoredBefore { place, image });
+            }
+            let image = &mut stored[n].image;
+            if image.len() < at + bytes.len() {
+                image.resize(at + bytes.len(), ERASED);
+            }
+            image[at..at + bytes.len()].copy_from_slice(&bytes);
         }
         "error-frames" => match words.next("on")? {
             (_, "on") => run.header.error_frames = true,
@@ -306,7 +341,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         _ => {
             let what = format!(
                 "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, error-frames, drive, \
-                 stored, scenario-file, scenario, block, wire, end, or a frame \
+                 flash, stored, scenario-file, scenario, block, wire, end, or a frame \
                  '(seconds) client1 181#00'"
             );
             return Err((1, what));
@@ -345,6 +380,13 @@ fn push(run: &mut Run, at: Instant, cause: Cause) -> Result<(), Wrong> {
     }
     run.causes.push((at, cause));
     Ok(())
+}
+
+fn bytes_of(column: usize, hex: &str) -> Result<Vec<u8>, Wrong> {
+    from_hex(hex).ok_or_else(|| {
+        let what = "pairs of hexadecimal digits are expected";
+        (column, what.to_owned())
+    })
 }
 
 fn from_hex(text: &str) -> Option<Vec<u8>> {

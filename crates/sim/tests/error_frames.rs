@@ -3,6 +3,7 @@
 mod master;
 use master::*;
 
+use bus::ErrorFrame;
 use canopen::Instant;
 use sim::{
     BitPlace, Bus, BusSettings, ErrorSeen, Happening, Injection, Participant, Recording, RunHeader,
@@ -111,9 +112,7 @@ fn each_kind_of_error_is_told_with_its_place() {
         bus.run_until(bus.now().plus_ms(1));
         let errors = errors(&mut bus);
         assert_eq!(errors.len(), 1, "{what}: {errors:?}");
-        let ErrorSeen {
-            class: seen, data, ..
-        } = errors[0];
+        let ErrorFrame { class: seen, data } = errors[0].frame;
         assert_eq!(seen, class, "{what}: {data:02X?}");
         assert_eq!(data[2..4], particulars, "{what}");
         assert_eq!(data[6..], counters, "{what}");
@@ -134,15 +133,15 @@ fn the_way_into_bus_off_and_out_of_it() {
     let of = |class: u32| {
         errors
             .iter()
-            .filter(move |e| e.class & class != 0)
+            .filter(move |e| e.frame.class & class != 0)
             .collect::<Vec<_>>()
     };
     let passive = of(0x004);
     assert_eq!(passive.len(), 1);
-    assert_eq!(passive[0].data, [0, 0x20, 0, 0, 0, 0, 128, 0]);
+    assert_eq!(passive[0].frame.data, [0, 0x20, 0, 0, 0, 0, 128, 0]);
     let (off, on) = (of(0x040), of(0x100));
     assert_eq!((off.len(), on.len()), (1, 1));
-    assert_eq!(off[0].data[6], 255, "eight bits");
+    assert_eq!(off[0].frame.data[6], 255, "eight bits");
     assert_eq!(on[0].at.since_ns(off[0].at), 1_408_000);
 }
 

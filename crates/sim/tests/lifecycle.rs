@@ -142,6 +142,49 @@ fn what_is_stored_is_there_after_a_reset() {
     assert!(master.drive(1).stored().is_empty());
 }
 
+/// Where the set in the second slot ends. The slot's header has its length at 8, and the set begins
+/// in the third chunk of 64 bytes.
+fn end_of_second_set(flash: &[u8]) -> usize {
+    let slot = 0x4000;
+    let length = flash[slot + 8..slot + 12].try_into().unwrap();
+    slot + 128 + u32::from_le_bytes(length) as usize
+}
+
+/// Behind the set the word of the flash is filled up as erased, and what the file does not have is
+/// erased: whatever is cut there is no damage.
+#[test]
+fn a_store_without_what_fills_it_up_is_whole() {
+    let folder = folder("filling");
+    let file = folder.join("p3-node1.flash");
+    let store = || FlashFile::file(&folder, "p3", Place::of_node(id(1))).unwrap();
+    let settings = || {
+        let mut settings = p3(1);
+        settings.store = store();
+        vec![settings]
+    };
+    {
+        let mut master = Master::with(settings());
+        master.write_i32(1, 0x6083, 0, 777_777);
+        master.write(1, 0x1010, 1, &SAVE);
+    }
+    let good = std::fs::read(&file).unwrap();
+    let end = end_of_second_set(&good);
+    // As much as the length of a P3's parameters leaves of a word of four.
+    assert_eq!(good.len(), end.next_multiple_of(4));
+    let filling = &good[end..];
+    assert_eq!(filling, [0xFF; 3]);
+    let set = store().bytes().to_vec();
+    for cut in 0..=filling.len() {
+        std::fs::write(&file, &good[..good.len() - cut]).unwrap();
+        assert_eq!(store().bytes(), set);
+        let mut master = Master::with(settings());
+        assert!(master.bus.take_notices().is_empty(), "cut by {cut}");
+        assert_eq!(master.read(1, 0x6083, 0), 777_777);
+        assert_eq!(master.state(1), SWITCH_ON_DISABLED);
+        assert!(!folder.join("p3-node1.flash.corrupt").exists());
+    }
+}
+
 #[test]
 fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
     let folder = folder("damaged");
@@ -162,12 +205,12 @@ fn a_damaged_store_is_kept_beside_and_the_drive_starts_on_its_defaults() {
         assert!(master.bus.take_notices().is_empty());
     }
     let good = std::fs::read(&file).unwrap();
+    let end = end_of_second_set(&good);
     let mut bad = good.clone();
-    // Not the last bytes: they may fill up a flash word, and mean nothing.
-    let inside = good.len() - 8;
-    bad[inside] ^= 1;
-    let cut = good[..inside].to_vec();
-    for damaged in [bad, cut, b"no parameters at all".to_vec()] {
+    bad[end - 1] ^= 1;
+    let cuts = [1, 2, 3, 8].map(|bytes| good[..end - bytes].to_vec());
+    let damaged = [bad, b"no parameters at all".to_vec()];
+    for damaged in damaged.into_iter().chain(cuts) {
         let aside = folder.join("p3-node1.flash.corrupt");
         let _ = std::fs::remove_file(&aside);
         std::fs::write(&file, &damaged).unwrap();

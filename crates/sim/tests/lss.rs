@@ -418,3 +418,35 @@ fn the_answer_to_a_store_comes_after_the_flash_is_written() {
     assert!(bus.drives()[0].stored().len() > 50);
     assert_eq!(nodes(&power_cycle(&bus)), [Some(33)]);
 }
+
+/// The power fails while what LSS has given is written: no answer comes, and the drive starts on what
+/// it had before.
+#[test]
+fn a_power_cut_in_a_store_leaves_what_was_there() {
+    let mut bus = booted(settings(BitRate::Mbit1, &["u1"]));
+    let store_33 = |bus: &mut Bus| {
+        for bytes in [[4, 1], [17, 33], [23, 0]] {
+            let mut data = [0; 8];
+            data[..2].copy_from_slice(&bytes);
+            bus.send(1, can::Frame::classic(0x7E5, data, 8));
+        }
+        bus.run_until(bus.now().plus_ms(60));
+        let traffic = bus.take_traffic();
+        let answers = traffic.iter().map(|t| (t.sender, t.frame.bytes()[0]));
+        let own = answers.filter(|(sender, _)| *sender == Sender::Drive(place("u1")));
+        own.map(|(_, command)| command).collect::<Vec<u8>>()
+    };
+    bus.drive_at(place("u1")).unwrap().cut_power_in_save(5, 1);
+    assert_eq!(store_33(&mut bus), [17]);
+    let told: Vec<String> = bus.take_notices().iter().map(ToString::to_string).collect();
+    assert!(
+        told.len() == 1 && told[0].contains("failed while it saved"),
+        "{told:?}"
+    );
+    assert_eq!(nodes(&bus), [None]);
+    let drive = bus.drive_at(place("u1")).unwrap();
+    assert!(drive.stored().is_empty());
+    assert_eq!(drive.spoil_store(1, true, 1), 0);
+    assert_eq!(store_33(&mut bus), [17, 23]);
+    assert_eq!(nodes(&power_cycle(&bus)), [Some(33)]);
+}

@@ -33,6 +33,23 @@ fn a_program_that_hangs_is_reset_by_the_watchdog_which_the_drive_tells() {
     assert_eq!(master.state(1), SWITCH_ON_DISABLED);
 }
 
+/// What the last reset was is in the processor, and gone with its supply.
+#[test]
+fn a_power_cut_after_the_watchdog_is_a_start_like_any_other() {
+    let mut master = Master::new(&[1]);
+    let now = master.now();
+    master.drive(1).hang(now);
+    master.run_ms(21);
+    assert!(master.drive(1).is_booting());
+    master.drive(1).plant().set_logic_supply_v(0.0);
+    master.run_ms(20);
+    master.log.clear();
+    master.drive(1).plant().set_logic_supply_v(24.0);
+    master.run_ms(60);
+    assert!(master.emergencies(1).is_empty());
+    assert_eq!(master.state(1), SWITCH_ON_DISABLED);
+}
+
 #[test]
 fn without_logic_supply_there_is_no_drive_and_with_it_again_it_boots() {
     let mut master = Master::new(&[1]);

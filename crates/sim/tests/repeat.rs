@@ -319,6 +319,21 @@ fn a_malformed_run_file_is_told_by_line_and_column() {
             "hexadecimal",
         ),
         (
+            "servobus run 1\ndrive 1 p3\nflash 1 12 00\n",
+            "3:9",
+            "like 0x4000",
+        ),
+        (
+            "servobus run 1\ndrive 1 p3\nflash 1 0x10 0\n",
+            "3:14",
+            "hexadecimal",
+        ),
+        (
+            "servobus run 1\ndrive 1 p3\nflash 1 0x47FFF 0000\n",
+            "3:9",
+            "294912 bytes",
+        ),
+        (
             "servobus run 1\ndrive 1 p3\nblock 1 maybe 1.000000000\n",
             "3:9",
             "on or off",

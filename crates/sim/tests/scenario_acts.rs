@@ -352,6 +352,74 @@ fn the_watchdog_resets_a_processor_that_hangs() {
     assert_eq!(master.emergency_codes(1), [0x6010], "watchdog");
 }
 
+/// What is told has happened.
+#[test]
+fn a_processor_that_does_not_work_is_neither_stalled_nor_made_to_hang() {
+    let event =
+        |ms: u64, act: &str| format!("[[event]]\nat = \"{ms} ms\"\ndo = \"{act}\"\ndrive = 1\n");
+    let stall = "stall-processor\"\nfor = \"5 ms";
+    let text = [
+        event(1, "hang-processor"),
+        event(100, "hang-processor"),
+        event(110, "hang-processor"),
+        event(111, stall),
+        // The watchdog has bitten at 120 ms.
+        event(125, stall),
+        event(200, "cut-logic-supply"),
+        event(200, "hang-processor"),
+        event(210, stall),
+        event(220, "restore-logic-supply"),
+        event(300, stall),
+        event(301, "hang-processor"),
+    ];
+    let mut master = play(&text.concat());
+    master.run_ms(300);
+    let notices = master.bus.take_notices();
+    let told: Vec<String> = notices.iter().map(ToString::to_string).collect();
+    let expected = [
+        "processor of node 1 is not made to hang: it boots",
+        "processor of node 1 hangs",
+        "processor of node 1 is not made to hang: it hangs already",
+        "processor of node 1 is not stalled: it hangs already",
+        "processor of node 1 is not stalled: it boots",
+        "logic supply of node 1 to 0 V",
+        "processor of node 1 is not made to hang: it has no supply",
+        "processor of node 1 is not stalled: it has no supply",
+        "logic supply of node 1 to 24 V",
+        "processor of node 1 stalled for 5 ms",
+        "processor of node 1 hangs",
+    ];
+    assert_eq!(told.len(), expected.len(), "{told:#?}");
+    for (told, expected) in told.iter().zip(expected) {
+        assert!(told.ends_with(expected), "{told}");
+    }
+}
+
+/// A shorter stall in a longer one does not end it, and a reset does.
+#[test]
+fn a_stall_lasts_on_but_not_over_a_reset() {
+    let stall = |ms: u64, for_ms: u64| {
+        format!(
+            "[[event]]\nat = \"{ms} ms\"\ndo = \"stall-processor\"\ndrive = 1\n\
+             for = \"{for_ms} ms\"\n"
+        )
+    };
+    let mut master = play(&[stall(60, 100), stall(70, 10)].concat());
+    master.run_ms(40);
+    assert_eq!(master.try_read_within(1, 0x6041, 0, 69), None);
+    assert!(master.try_read_within(1, 0x6041, 0, 3).is_some());
+    for (reset, ms) in [("hang-processor", 80), ("cut-logic-supply", 60)] {
+        let reset = match reset {
+            "cut-logic-supply" => "cut-logic-supply\"\nfor = \"5 ms",
+            other => other,
+        };
+        let reset = format!("[[event]]\nat = \"60 ms\"\ndo = \"{reset}\"\ndrive = 1\n");
+        let mut master = play(&[stall(55, 1000), reset].concat());
+        master.run_ms(ms);
+        assert!(master.try_read_within(1, 0x6041, 0, 5).is_some());
+    }
+}
+
 const STORED: &str = "[drive.1.stored]\n\"0x6065\" = 1234\n";
 
 #[test]

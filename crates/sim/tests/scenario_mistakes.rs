@@ -1,9 +1,11 @@
 //! What is wrong with a scenario is told by line and column, before anything starts.
 
+use std::path::Path;
+
 use canopen::{Instant, NodeId};
 use personalities::p3::P3;
 use sim::scenario::{Problems, Scenario};
-use sim::{BusSettings, DriveSettings};
+use sim::{BusSettings, DriveSettings, FlashFile};
 
 /// A text, and what is said of it: line, column, what is wrong.
 type Case = (&'static str, &'static [&'static str]);
@@ -139,6 +141,9 @@ const MISTAKES: &[Case] = &[
     ("[[event]]\nat = \"1 s\"\ndo = \"analog-input\"\ndrive = 1\ninput = \"1\"\nto = \"5 V\"", &["6:6 5 V is out of range"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"set-input\"\ndrive = 1\ninput = 5\nlevel = \"high\"", &["5:9 '5' is nothing that 'input' can be"]),
     ("[drive.1.supply]\nbrake = \"nothing\"", &["2:9 'nothing' is not a resistance"]),
+    ("[[event]]\nname = \"a\\nb\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
+    ("[[event]]\nname = \"\\u0085\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"disconnect\"\ndrive = \"outside\"\n[[event]]\nat = \"1 s\"\ndo = \"connect\"\ndrive = \"outside\"\n", &["6:6 event 1 (line 1) sets the connection at the same time to something else"]),
     ("[drive.1.motor]\nphase_resistance = \"none\"", &["2:20 'none' is not a resistance"]),
 ];
 
@@ -217,4 +222,43 @@ fn a_message_shows_the_line_and_what_to_do() {
         problems.to_string(),
         "a.toml:2:1: a scenario has no 'sed'\n  2 | sed = 1\n    | ^^^ did you mean 'seed'?"
     );
+}
+
+/// All drives are not the outside programs.
+#[test]
+fn drives_and_outside_programs_do_not_contradict_each_other() {
+    let text = "[[event]]\nat = \"1 s\"\ndo = \"disconnect\"\ndrive = \"all\"\n\
+                [[event]]\nat = \"1 s\"\ndo = \"connect\"\ndrive = \"outside\"\n";
+    let scenario = Scenario::read("f.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let end = Instant::ZERO.plus_ms(10_000);
+    scenario.set_up(&mut two_drives(), end).unwrap();
+}
+
+/// A drive whose flash is a file would not keep what it stores, were the file to say what is stored.
+#[test]
+fn what_is_stored_is_said_by_one_only() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scenario-mistakes");
+    let _ = std::fs::remove_dir_all(&folder);
+    let end = Instant::ZERO.plus_ms(10_000);
+    let mut settings = two_drives();
+    let place = settings.drives[1].place;
+    settings.drives[1].store = FlashFile::file(&folder, "p3", place).unwrap();
+    let text = "[drive.2.stored]\n\"0x6065\" = 1234\n";
+    let scenario = Scenario::read("f.toml", text).unwrap();
+    let problems = scenario.set_up(&mut settings, end).unwrap_err();
+    let file = folder.join("p3-node2.flash");
+    let expected = format!(
+        "1:10 drive 2 keeps what it stores in {}, and this would not",
+        file.display()
+    );
+    assert_eq!(told(&problems), [expected]);
+    // The other one has no file; and nothing is said of what is stored.
+    for text in [
+        "[drive.1.stored]\n\"0x6065\" = 1234\n",
+        "[drive.all.stored]\n",
+    ] {
+        let scenario = Scenario::read("f.toml", text).unwrap();
+        scenario.set_up(&mut settings, end).unwrap();
+    }
+    assert_eq!(settings.drives[1].store.path(), Some(file.as_path()));
 }

@@ -6,7 +6,8 @@ use master::*;
 use canopen::Instant;
 use personalities::p3_extended::P3_EXTENDED;
 use sim::{
-    Bus, BusSettings, DriveSettings, ErrorState, NoticeKind, Participant, Place, WireAct, WireFault,
+    BitPlace, Bus, BusSettings, DriveSettings, ErrorState, NoticeKind, Participant, Place, Sender,
+    WhichFrames, WireAct, WireFault,
 };
 
 fn drive(node: u8) -> Participant {
@@ -222,5 +223,118 @@ fn a_frame_that_is_looked_into_half_way_goes_on_as_it_was() {
             assert_eq!(errors(&mut master, node), (0, 0), "bit {bit}");
         }
         assert_eq!(master.bus.outside_error_counters(), Default::default());
+    }
+}
+
+/// A bus on which drive 1 has gone off while it sent a heartbeat; the cable is good again.
+fn drive_1_off() -> Master {
+    let mut master = Master::new(&[1, 2]);
+    master.write_u16(1, 0x1017, 0, 5);
+    master.run_ms(10);
+    master.log.clear();
+    while count(&master, 0x701) == 0 {
+        master.run_us(10);
+    }
+    master.run_us(4_800);
+    let break_it = WireAct::Break {
+        fault: WireFault::Recessive,
+        for_ns: 1_200_000,
+    };
+    master.bus.act(break_it).unwrap();
+    master.run_us(1_200);
+    assert_eq!(master.drive(1).error_counters().state(), ErrorState::BusOff);
+    master
+}
+
+/// Who has gone off has given its frame up: the same frame is then another's.
+#[test]
+fn the_frame_of_who_is_off_is_the_one_s_who_sends_it() {
+    let mut master = drive_1_off();
+    let beat = master.log.last().unwrap().frame;
+    master.log.clear();
+    // It does not destroy the frame, but that is looked at bit by bit.
+    let flip = WireAct::Flip {
+        frames: WhichFrames::NEXT,
+        bit: BitPlace::EndOfFrame(7),
+        seen_by: Some(drive(2)),
+    };
+    master.bus.act(flip).unwrap();
+    master.bus.send(0, beat);
+    master.run_us(400);
+    assert_eq!(master.drive(1).error_counters().state(), ErrorState::BusOff);
+    assert_eq!(master.log.len(), 1);
+    let traffic = &master.log[0];
+    assert_eq!((traffic.frame, traffic.sender), (beat, Sender::Outside(0)));
+}
+
+/// A controller comes back without its processor, and that is told.
+#[test]
+fn who_comes_back_while_its_processor_hangs_is_told_of() {
+    let mut master = drive_1_off();
+    let now = master.now();
+    master.drive(1).hang(now);
+    master.bus.take_notices();
+    master.run_ms(15);
+    let active = ErrorState::Active;
+    assert_eq!(master.drive(1).error_counters().state(), active);
+    let notices = master.bus.take_notices();
+    let told: Vec<_> = notices.iter().map(|n| (n.who, &n.kind)).collect();
+    assert!(
+        matches!(told[..], [(Some(who), NoticeKind::BusOn)] if who == drive(1)),
+        "{notices:?}"
+    );
+    // The watchdog bites then.
+    master.run_ms(60);
+    assert_eq!(master.emergency_codes(1), [0x6010]);
+}
+
+/// What is told of once is told again of a controller that has been without power meanwhile.
+#[test]
+fn a_drive_that_was_off_is_told_of_again_when_it_is_error_passive() {
+    let mut master = Master::new(&[1, 2]);
+    master.bus.act(WireAct::Disconnect(drive(1))).unwrap();
+    for _ in 0..2 {
+        // Its boot-up message, or what it would answer, is not acknowledged.
+        master.drive(1).plant().set_logic_supply_v(0.0);
+        master.run_ms(1);
+        master.drive(1).plant().set_logic_supply_v(24.0);
+        master.run_ms(60);
+        let notices = master.bus.take_notices();
+        assert_eq!(notices.len(), 1, "{notices:?}");
+        assert!(matches!(notices[0].kind, NoticeKind::ErrorPassive(_)));
+    }
+}
+
+/// A cable that breaks again meanwhile is good when both are mended; while it is dominant somewhere,
+/// it is dominant.
+#[test]
+fn a_cable_that_breaks_twice_is_broken_until_both_are_over() {
+    use WireFault::{Dominant, Recessive};
+    for (first, second, broken_us) in [
+        ((Recessive, 5_000), (Dominant, 1_000), 5_000),
+        ((Recessive, 5_000), (Recessive, 1_000), 5_000),
+        ((Dominant, 5_000), (Recessive, 1_000), 5_000),
+        ((Dominant, 2_000), (Recessive, 8_000), 9_000),
+    ] {
+        let mut master = Master::new(&[1, 2]);
+        let from = master.now();
+        for (fault, us) in [first, second] {
+            let for_ns = us * 1_000;
+            master.bus.act(WireAct::Break { fault, for_ns }).unwrap();
+            master.run_us(1_000);
+        }
+        // So many that those which bus-off drops are not all.
+        for _ in 0..40 {
+            master.send(0x7F0, &[0; 8]);
+        }
+        master.run_ms(60);
+        let first_us = master.log[0].at.since_ns(from) / 1_000;
+        let frame_us = u64::from(frame(0x7F0, &[0; 8]).frame_bits());
+        let began_us = first_us - frame_us;
+        // At most what it takes to come back from bus-off.
+        assert!(
+            (broken_us..broken_us + 2_000).contains(&began_us),
+            "{first:?} {second:?}: {began_us}"
+        );
     }
 }

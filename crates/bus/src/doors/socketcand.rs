@@ -1,7 +1,7 @@
 //! The server's side of socketcand: which message is allowed when, and what it is answered.
 //!
-//! Understood are `open`, `rawmode`, `send`, `sendrtr`, `echo` and, of our own, `notes`. Of socketcand's other modes
-//! (BCM, control, ISO-TP) there are none.
+//! Understood are `open`, `rawmode`, `send`, `sendrtr`, `echo` and, of our own, `notes`. Of
+//! socketcand's other modes (BCM, control, ISO-TP) there are none.
 //!
 //! Remote frames (`sendrtr`, `rtr`) came late to the protocol, and python-can knows neither word:
 //! it sends a remote frame as a `send` without data, which is refused if it asks for any bytes and

@@ -16,6 +16,7 @@
 //! As for canplayer, a line that does not begin with `(` is a comment.
 
 use super::{Content, Direction};
+use crate::ErrorFrame;
 use can::{ExtendedId, Frame, Id, StandardId};
 use std::io::{self, BufRead, Write};
 
@@ -69,11 +70,11 @@ pub fn write_content(
 ) -> io::Result<()> {
     match content {
         Content::Frame(frame) => write_line(output, stamp_ns, channel, frame),
-        Content::Error { class, data } => {
+        Content::Error(error) => {
             let micros = stamp_ns / 1_000;
             let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
-            let id = class | ERROR_MESSAGE;
-            let data = u64::from_be_bytes(*data);
+            let id = error.class | ERROR_MESSAGE;
+            let data = u64::from_be_bytes(error.data);
             writeln!(
                 output,
                 "({seconds}.{micros:06}) {channel} {id:08X}#{data:016X}"
@@ -308,10 +309,10 @@ fn parse_content(word: &str) -> Result<Content, Fault> {
     let frame = id.map(|id| Frame::data_frame(id, data.get(..length).unwrap_or(&[])));
     match frame {
         Some(frame) => frame.map(Content::Frame).ok_or((start, Wrong::TooMuchData)),
-        None => Ok(Content::Error {
+        None => Ok(Content::Error(ErrorFrame {
             class: value & (ERROR_MESSAGE - 1),
             data,
-        }),
+        })),
     }
 }
 
@@ -407,7 +408,7 @@ mod tests {
         assert_eq!(frame("(1.000000) can0 1abcdef0#r8\r\n").len(), 8);
         let error = one("(1.000000) can0 20000004#0004000000000000");
         let data = [0, 4, 0, 0, 0, 0, 0, 0];
-        assert_eq!(error.content, Content::Error { class: 4, data });
+        assert_eq!(error.content, Content::Error(ErrorFrame { class: 4, data }));
         let text = "# a comment\n\n (1.0) not at the start either\n(2.000000) can0 7FF#\n";
         assert_eq!(read(text).len(), 1);
     }

@@ -90,13 +90,13 @@ impl<W: Write + Seek> Writer<W> {
                 data: frame.data(),
                 direction,
             },
-            Content::Error { class, data } => FrameMessage {
-                id: *class,
+            Content::Error(error) => FrameMessage {
+                id: error.class,
                 extended: false,
                 remote: false,
                 error: true,
                 length: 8,
-                data,
+                data: &error.data,
                 direction,
             },
         };

@@ -126,7 +126,7 @@ fn packet(content: &Content) -> [u8; 16] {
     let (key, length, data) = match content {
         // Bits 31 (extended) and 30 (remote) are the same in both.
         Content::Frame(frame) => (frame.key(), frame.len(), frame.bytes()),
-        Content::Error { class, data } => (class | ERROR_MESSAGE, 8, *data),
+        Content::Error(error) => (error.class | ERROR_MESSAGE, 8, error.data),
     };
     let [a, b, c, d] = key.to_be_bytes();
     let [e, f, g, h, i, j, k, l] = data;

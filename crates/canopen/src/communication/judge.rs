@@ -209,7 +209,7 @@ impl<M: NodeMemory> Node<M> {
         if raw == 0 {
             return Ok(());
         }
-        mapped_entry(&self.device.table, raw, parameter.way).map(|_| ())
+        mapped_entry(self.device, raw, parameter.way).map(|_| ())
     }
 
     fn judge_count(&self, objects: &PdoObjects, way: Direction, raw: u32) -> Result<(), Abort> {
@@ -217,7 +217,7 @@ impl<M: NodeMemory> Node<M> {
             return Err(Abort::MAP_TOO_LONG);
         }
         let entries = self.map_entries(objects, raw as u8);
-        Mapping::compile(&self.device.table, entries, way).map(|_| ())
+        Mapping::compile(self.device, entries, way).map(|_| ())
     }
 
     /// Whether 0x1003,`sub` may be read: an entry that holds no error has no data (CiA 301

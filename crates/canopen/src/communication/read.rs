@@ -121,7 +121,7 @@ impl<M: NodeMemory> Node<M> {
         };
         let cob_id = CobId(self.raw(handle.field()));
         let dialect = &self.device.dialect;
-        self.emcy_exists = cob_id.is_usable(dialect.extended_identifiers);
+        self.emcy_exists = dialect.emergencies && cob_id.is_usable(dialect.extended_identifiers);
         self.emergencies.inhibit = match dialect.emcy_inhibit {
             true => self.value(objects.emcy_inhibit) as u16,
             false => 0,
@@ -254,7 +254,7 @@ impl<M: NodeMemory> Node<M> {
             .raw(objects.map_count.field())
             .min(u32::from(objects.map_entries)) as u8;
         let entries = self.map_entries(objects, count);
-        match Mapping::compile(&self.device.table, entries, way) {
+        match Mapping::compile(self.device, entries, way) {
             Ok(mapping) => mapping,
             Err(_) => {
                 Image::new(self.memory.as_mut()).set(objects.map_count, 0);

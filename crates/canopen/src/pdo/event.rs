@@ -72,6 +72,7 @@ impl<M: NodeMemory> Node<M> {
         tpdo.data = data;
         tpdo.is_known = true;
         tpdo.has_event = false;
+        // From one invocation to the next, not from frame to frame (CiA 301 7.5.2.37).
         tpdo.free_at = now.plus_us(100 * u64::from(tpdo.parameters.inhibit));
         tpdo.timer_due = match tpdo.parameters.event_timer_ms {
             0 => Instant::NEVER,

@@ -1,7 +1,7 @@
 //! What a PDO carries: a mapping compiled into a short list of copies.
 
 use crate::row::flag;
-use crate::{Abort, Entry, Field, MAPPED_PER_PDO, Table};
+use crate::{Abort, Device, Entry, Field, MAPPED_PER_PDO};
 
 /// Copies that a mapping is compiled into, at most. Others are walked, see [`Mapping::is_walked`].
 const COPIES: usize = 4;
@@ -44,8 +44,14 @@ pub(crate) struct Mapping {
     walked: bool,
 }
 
-/// The object that a mapping entry (index, sub-index, length in bits) names, if it may be mapped.
-pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<Entry, Abort> {
+/// The object that a mapping entry (index, sub-index, length in bits) names, if it may be mapped, and
+/// how many of its bits.
+pub(crate) fn mapped_entry(
+    device: &Device,
+    entry: u32,
+    way: Direction,
+) -> Result<(Entry, u8), Abort> {
+    let table = &device.table;
     let [bits, sub, index_low, index_high] = entry.to_le_bytes();
     let index = u16::from_le_bytes([index_low, index_high]);
     let found = table.find(index, sub).map_err(|missing| {
@@ -60,16 +66,19 @@ pub(crate) fn mapped_entry(table: &Table, entry: u32, way: Direction) -> Result<
         Direction::Transmit => found.maps_tpdo(),
     };
     // The length must be the object's (CiA 301 7.5.2.36).
-    if !mappable || bits != found.field.data_type().bits() {
+    let all = found.field.data_type().bits();
+    let is_part = device.dialect.short_mapping && matches!(bits, 8 | 16) && bits < all;
+    if !mappable || (bits != all && !is_part) {
         return Err(Abort::NOT_MAPPABLE);
     }
-    Ok(found)
+    Ok((found, bits))
 }
 
 impl Copy {
     /// Its owner is asked: such copies come last.
     const ASKS: u8 = 1 << 6;
-    /// A value may be refused: by its owner, its range or the node.
+    /// A value may be refused, by its owner, its range or the node, or is a parameter that is
+    /// stored, of which the node keeps account.
     const JUDGED: u8 = 1 << 7;
 
     const NONE: Copy = Copy {
@@ -86,7 +95,7 @@ impl Copy {
         if found.has(flag::ASKS) {
             flags |= Copy::ASKS;
         }
-        if found.has(flag::ASKS | flag::RANGE | flag::NODE) {
+        if found.has(flag::ASKS | flag::RANGE | flag::NODE | flag::STORED) {
             flags |= Copy::JUDGED;
         }
         Copy {
@@ -168,20 +177,21 @@ impl Mapping {
     /// The abort that CiA 301 (7.5.2.36) gives for the first entry that cannot be, or
     /// [`Abort::MAP_TOO_LONG`] if they exceed eight bytes.
     pub(crate) fn compile(
-        table: &Table,
+        device: &Device,
         entries: impl Iterator<Item = u32>,
         way: Direction,
     ) -> Result<Mapping, Abort> {
         let mut mapping = Mapping::EMPTY;
         for entry in entries {
-            let found = mapped_entry(table, entry, way)?;
-            let bits = found.field.data_type().bits();
+            let (found, bits) = mapped_entry(device, entry, way)?;
             let end = u16::from(mapping.bits) + u16::from(bits);
             if end > BITS || usize::from(mapping.count) >= MAPPED_PER_PDO {
                 return Err(Abort::MAP_TOO_LONG);
             }
-            let is_plain =
-                !found.has(flag::LONG) && bits.is_multiple_of(8) && mapping.bits.is_multiple_of(8);
+            let is_plain = !found.has(flag::LONG)
+                && bits == found.field.data_type().bits()
+                && bits.is_multiple_of(8)
+                && mapping.bits.is_multiple_of(8);
             match mapping.copies.get_mut(usize::from(mapping.count)) {
                 Some(place) if is_plain => {
                     *place = Copy::new(&found, (entry >> 8) as u8, mapping.bits);
@@ -231,7 +241,7 @@ impl Mapping {
     }
 
     /// Whether the mapping is no list of copies: its objects are not whole bytes, wider than four,
-    /// or more than four. It is then read from the image entry by entry with every frame. That
+    /// more than four, or mapped in part. It is then read from the image entry by entry with every frame. That
     /// costs a look-up an object; lists of 64 copies would cost four kilobytes of memory a node.
     #[inline]
     pub(crate) fn is_walked(&self) -> bool {

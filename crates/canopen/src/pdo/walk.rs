@@ -1,8 +1,9 @@
-//! Mappings that are not lists of copies: bits, wide numbers, and more than four objects.
+//! Mappings that are not lists of copies: bits, wide numbers, parts of numbers, and more than four
+//! objects.
 
 use super::{Direction, mapped_entry};
 use crate::row::flag;
-use crate::{Address, Events, Image, Instant, MAPPED_PER_PDO, Node, NodeMemory, Owner};
+use crate::{Address, Entry, Events, Image, Instant, MAPPED_PER_PDO, Node, NodeMemory, Owner};
 
 /// One mapped object, found.
 #[derive(Clone, Copy)]
@@ -27,6 +28,19 @@ impl Step {
     fn extract(&self, data: u64) -> u64 {
         let mask = u64::MAX >> (64 - u32::from(self.bits)).min(63);
         (data >> (self.shift & 63)) & mask
+    }
+}
+
+/// The low `bits` of a number, 32 at most, in all its bytes.
+fn extend(raw: u32, bits: u8, entry: &Entry) -> u32 {
+    let data_type = entry.field.data_type();
+    let has_sign = data_type.bounds().is_some_and(|(low, _)| low < 0);
+    match 32u32.checked_sub(u32::from(bits)) {
+        Some(unused @ 1..=31) if has_sign => {
+            let all = 32u32.saturating_sub(u32::from(data_type.bits())).min(31);
+            ((raw << unused) as i32 >> unused) as u32 & u32::MAX >> all
+        }
+        _ => raw,
     }
 }
 
@@ -55,7 +69,7 @@ impl<M: NodeMemory> Node<M> {
                 let bytes = value.to_le_bytes();
                 let _ = self.write_long(step.address, &entry, &bytes, now, owner, events);
             } else {
-                let raw = value as u32;
+                let raw = extend(value as u32, step.bits, &entry);
                 let _ = self.write(step.address, &entry, raw, now, owner, events);
             }
         }
@@ -92,10 +106,9 @@ impl<M: NodeMemory> Node<M> {
         let mut shift = 0u8;
         for (place, step) in steps.iter_mut().zip(0..u16::from(mapping.count())) {
             let entry = crate::image::raw(self.memory.as_ref(), objects.map_first.nth(step));
-            let Ok(found) = mapped_entry(&self.device.table, entry, way) else {
+            let Ok((found, bits)) = mapped_entry(self.device, entry, way) else {
                 break;
             };
-            let bits = found.field.data_type().bits();
             *place = Step {
                 asks: found.has(flag::ASKS),
                 row: found.row,

@@ -38,9 +38,10 @@ impl<M: NodeMemory> Node<M> {
         if !transfer.has_begun && !in_order {
             // What comes first of a block does not end it: it may be the second copy of the segment
             // that ended the block before. If it is not, silence follows.
-            if transfer.held == Some(bytes) && self.acknowledges_again(n, now) {
+            let [_, acknowledged, ..] = self.server(n).reply;
+            if transfer.held == Some(bytes) && command == acknowledged {
                 self.server(n).transfer.has_begun = false;
-                return;
+                return self.acknowledges_again(n, now);
             }
             return self.await_segment(n, now);
         }
@@ -72,34 +73,30 @@ impl<M: NodeMemory> Node<M> {
 
     /// Says how many segments of the block came in order; those after are sent again.
     fn acknowledge_block(&mut self, n: u8, now: Instant) {
-        let block_size = block_size(&self.device.dialect);
         let server = self.server(n);
         let came = server.transfer.next.saturating_sub(1);
         server.transfer.has_begun = false;
-        server.transfer.block_size = block_size;
         if server.transfer.is_last {
             server.transfer.phase = Phase::BlockDownloadEnd;
         } else {
             server.transfer.next = 1;
         }
-        server.reply = [0xA2, came, block_size, 0, 0, 0, 0, 0];
+        server.reply = [0xA2, came, server.transfer.block_size, 0, 0, 0, 0, 0];
         self.await_client(n, now);
         self.outbox.post(Slot::Sdo(n));
     }
 
     /// The last segment that was acknowledged has come once more. Right behind the first, the wire
     /// has doubled it; after a silence, its client has not heard the acknowledge and hears it again.
-    fn acknowledges_again(&mut self, n: u8, now: Instant) -> bool {
+    fn acknowledges_again(&mut self, n: u8, now: Instant) {
         let SdoTransfers::All { timeout_ms, .. } = self.device.dialect.sdo else {
-            return false;
+            return;
         };
         let rest = u64::from(timeout_ms).saturating_sub(SILENCE_MS);
-        let is_late = now.plus_ms(rest) >= self.server(n).due;
-        if is_late {
+        if now.plus_ms(rest) >= self.server(n).due {
             self.await_client(n, now);
             self.outbox.post(Slot::Sdo(n));
         }
-        is_late
     }
 
     /// Whether `frame` is the last segment of a block download once more, while its end is awaited:
@@ -185,11 +182,13 @@ impl<M: NodeMemory> Node<M> {
 impl SdoServer {
     /// Acknowledges the announcement of blocks; with a checksum, if the client has one.
     pub(crate) fn blocks_may_come(&mut self, dialect: &Dialect) {
-        let block_size = block_size(dialect);
-        self.transfer.phase = Phase::BlockDownload;
-        self.transfer.block_size = block_size;
-        let address = self.transfer.address;
-        self.answer(0xA4, address, u32::from(block_size));
+        if let SdoTransfers::All { block_size, .. } = dialect.sdo {
+            // CiA 301 7.2.4.3.9.
+            let block_size = block_size.clamp(1, 127);
+            self.transfer.phase = Phase::BlockDownload;
+            self.transfer.block_size = block_size;
+            self.answer(0xA4, self.transfer.address, u32::from(block_size));
+        }
     }
 
     /// Whether `frame` announces once more the blocks of which none has begun: its client has not
@@ -207,13 +206,5 @@ impl SdoServer {
     /// Acknowledges the end.
     pub(crate) fn blocks_came(&mut self) {
         self.reply = [0xA1, 0, 0, 0, 0, 0, 0, 0];
-    }
-}
-
-/// Segments in a block that the device asks for (CiA 301 7.2.4.3.9: 1 to 127).
-fn block_size(dialect: &Dialect) -> u8 {
-    match dialect.sdo {
-        SdoTransfers::All { block_size, .. } => block_size.clamp(1, 127),
-        SdoTransfers::Expedited => 127,
     }
 }

@@ -385,17 +385,21 @@ impl<M: NodeMemory> Node<M> {
         let Some(n) = self.waiting else { return };
         self.let_go(n);
         let dialect = &self.device.dialect;
-        let server = self.server(n);
-        let transfer = server.transfer;
+        let transfer = *self.transfer(n);
         let Phase::Waiting(wait) = transfer.phase else {
             return;
         };
+        // Nothing was committed: this is what the command's object reads as.
+        let reads_as = match self.readable(transfer.address) {
+            Ok(Readable::Entry(entry)) => self.raw(entry.field),
+            _ => 0,
+        };
+        let server = self.server(n);
         server.finish();
         match (result, wait) {
             (Err(abort), _) => server.aborted(transfer.address, abort),
             (Ok(()), Wait::Expedited) => {
-                let raw = u64::from_le_bytes(transfer.value) as u32;
-                server.downloaded(transfer.address, raw, dialect);
+                server.downloaded(transfer.address, reads_as, dialect);
             }
             (Ok(()), Wait::SegmentsBegin) => {
                 server.segments_may_come();

@@ -200,6 +200,10 @@ pub(crate) fn inhibit_time() {
         assert_eq!(stand.wait_us(1), [(1, 0x85, emergency(0x2000, 1).1)]);
         assert_eq!(stand.wait_us(10 * us), []);
         assert_eq!(stand.announce(0x3000, 1).len(), 1, "after a pause at once");
+        stand.must(0x1014, 0, 0x85 | OFF);
+        stand.must(0x1014, 0, 0x85);
+        assert_eq!(stand.announce(0x4000, 1), [], "off and on ends no time");
+        assert_eq!(stand.wait_us(us), [(us, 0x85, emergency(0x4000, 1).1)]);
     }
 }
 
@@ -226,6 +230,51 @@ pub(crate) fn inhibit_time_of_a_busy_bus() {
     assert_eq!(stand.drain(), [emergency(0x1001, 1)]);
     let codes: Vec<u8> = stand.wait_ms(10).iter().map(|sent| sent.2[0]).collect();
     assert_eq!(codes, [2, 3]);
+    // The time lies between the frames as they leave, however long each waits for the bus.
+    for busy_us in [0, 100, 900, 1000, 1100, 2500] {
+        for slot_us in [100, 300, 700, 900, 1000, 1500] {
+            let first = u64::next_multiple_of(busy_us, slot_us);
+            let second = (first + 1000).next_multiple_of(slot_us);
+            let third = (second + 1000).next_multiple_of(slot_us);
+            assert_eq!(
+                leave(busy_us, slot_us),
+                [(first, 1), (second, 2), (third, 3)],
+                "busy for {busy_us} µs, then free each {slot_us} µs"
+            );
+        }
+    }
+}
+
+/// When three emergencies leave that were announced at once, with an inhibit time of 1 ms: on a bus
+/// that takes no frame before `busy_us`, then one at each multiple of `slot_us`. Microseconds, and
+/// the low bytes of the codes. The node is called at its deadlines only.
+fn leave(busy_us: u64, slot_us: u64) -> Vec<(u64, u8)> {
+    let mut stand = Stand::operational();
+    stand.must(0x1015, 0, 10);
+    let start = stand.now;
+    for n in 1..=3 {
+        stand.node.announce(0x1000 + n, 1, [0; 5], stand.now);
+    }
+    let mut left = Vec::new();
+    for us in (0..10_000).step_by(100) {
+        stand.now = start.plus_us(us);
+        poll_if_due(&mut stand);
+        if us >= busy_us
+            && us.is_multiple_of(slot_us)
+            && let Some(frame) = stand.node.transmit(&mut stand.host)
+        {
+            left.push((us, frame.bytes()[0]));
+            poll_if_due(&mut stand);
+        }
+    }
+    left
+}
+
+fn poll_if_due(stand: &mut Stand) {
+    if stand.node.next_deadline() <= stand.now {
+        stand.node.poll(stand.now, &mut stand.host);
+        assert!(stand.node.next_deadline() > stand.now);
+    }
 }
 
 pub(crate) fn stopped() {

@@ -336,6 +336,50 @@ pub(crate) fn window_of_reception() {
     stand.send(0x205, &[3]);
     stand.sync();
     assert_eq!(stand.get(0x2000, 1), 3, "the next SYNC opens it anew");
+    // Writing the parameters anew opens no window that has closed, and closes none that is open.
+    for (index, value) in [(0x1005, 0x80), (0x1006, 0), (0x1007, 500), (0x1019, 0)] {
+        stand.sync();
+        let closes = stand.now.plus_us(500).plus_ns(1);
+        stand.must(index, 0, value);
+        assert_eq!(stand.node.next_deadline(), closes, "0x{index:04X}");
+        stand.send(0x205, &[4]);
+        stand.sync();
+        assert_eq!(stand.get(0x2000, 1), 4, "0x{index:04X}");
+        stand.wait_us(501);
+        stand.must(index, 0, value);
+        stand.send(0x205, &[5]);
+        stand.sync();
+        assert_eq!(stand.get(0x2000, 1), 4, "0x{index:04X}: too late");
+    }
+    // One of another length begins with the next SYNC: the present one stays closed, or open as
+    // long as it was to be.
+    for (old, new, value) in [(500, 400, 5), (400, 500, 6)] {
+        stand.wait_us(501);
+        stand.must(0x1007, 0, new);
+        stand.send(0x205, &[9]);
+        stand.sync();
+        let kept = u64::from(value) - 1;
+        assert_eq!(stand.get(0x2000, 1), kept, "{old} to {new} µs: too late");
+        let closes = stand.now.plus_us(u64::from(new)).plus_ns(1);
+        stand.must(0x1007, 0, old);
+        assert_eq!(stand.node.next_deadline(), closes);
+        stand.send(0x205, &[value]);
+        stand.sync();
+        assert_eq!(stand.get(0x2000, 1), u64::from(value));
+        stand.must(0x1007, 0, new);
+        stand.sync();
+    }
+    // None at all ends it, and the next begins with a SYNC.
+    stand.wait_us(501);
+    stand.must(0x1007, 0, 0);
+    stand.must(0x1007, 0, 400);
+    stand.send(0x205, &[7]);
+    stand.sync();
+    assert_eq!(stand.get(0x2000, 1), 7);
+    stand.wait_us(401);
+    stand.send(0x205, &[8]);
+    stand.sync();
+    assert_eq!(stand.get(0x2000, 1), 7, "too late");
 }
 
 pub(crate) fn window_error_ends() {

@@ -3,7 +3,7 @@
 use canopen::store::{self, RESTORE_SIGNATURE, Request, SIGNATURE};
 use canopen::{Address, Device, Image, Node, NodeId, Owner, Verdict};
 
-use crate::harness::{Bench, FULL, ID, Streams};
+use crate::harness::{Bench, FULL, ID, Stand, Streams};
 use crate::master::{Master, characters, initiate, number};
 
 /// An owner that notes what 0x1010 and 0x1011 ask for.
@@ -374,6 +374,51 @@ pub(crate) fn verify_configuration() {
     let (mut master, _) = restarted(&stored, ID);
     assert_eq!(value(&mut master, 0x1020, 1), 12_345);
     assert_eq!(value(&mut master, 0x1020, 2), 67_890);
+    verified_after_a_communication_reset(false);
+    verified_after_a_communication_reset(true);
+    verified_after_a_receive_pdo();
+}
+
+/// A configuration is verified by 1 and stored; then an application parameter is changed and all
+/// of it verified by 2, if `is_changed`. A communication reset puts 1 back, and knows of the change.
+fn verified_after_a_communication_reset(is_changed: bool) {
+    let mut master = changed();
+    let verify = |master: &mut Master, value| {
+        let answer = master.ask(&initiate(0x23, Address::new(0x1020, 1), value));
+        assert_eq!(answer[0], 0x60);
+    };
+    verify(&mut master, 1);
+    let stored = saved(&mut master, Request::All, &[]);
+    if is_changed {
+        let answer = master.ask(&initiate(0x2F, Address::new(0x2000, 1), 12));
+        assert_eq!(answer[0], 0x60);
+        verify(&mut master, 2);
+    }
+    let bench = &mut master.bench;
+    bench.node.restart_communication(&stored, bench.node.id());
+    bench.node.start(bench.now);
+    bench.frames();
+    assert_eq!(value(&mut master, 0x1020, 1), 1);
+    let parameter = if is_changed { 12 } else { 11 };
+    assert_eq!(value(&mut master, 0x2000, 1), parameter);
+    master.bench.node.withdraw_verification();
+    let (date, time) = if is_changed { (0, 0) } else { (1, 67_890) };
+    assert_eq!(value(&mut master, 0x1020, 1), date);
+    assert_eq!(value(&mut master, 0x1020, 2), time);
+}
+
+/// A receive PDO changes a parameter as an SDO does; one that changes none leaves 0x1020 alone.
+fn verified_after_a_receive_pdo() {
+    let mut stand = Stand::operational();
+    stand.map(0x1400, 0x205, 255, &[0x2000_0108]);
+    stand.map(0x1401, 0x305, 255, &[0x200A_0108]);
+    stand.must(0x1020, 1, 1);
+    for (key, index, sub, verified) in [(0x305, 0x200A, 1, 1), (0x205, 0x2000, 1, 0)] {
+        stand.send(key, &[7]);
+        stand.node.withdraw_verification();
+        assert_eq!(stand.get(index, sub), 7);
+        assert_eq!(stand.get(0x1020, 1), verified, "0x{index:04X}");
+    }
 }
 
 /// The device hands out its own EDS.

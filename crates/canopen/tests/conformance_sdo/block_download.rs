@@ -248,6 +248,7 @@ pub(crate) fn segments_twice() {
          > 03 21 22 23 24 25 26 27
          < A2 03 03 00 00 00 00 00
          > 03 21 22 23 24 25 26 27    ; not one of the next block
+         ~ 800                        ; whose silence has not begun
          > 81 31 32 33 34 35 36 37
          < A2 01 03 00 00 00 00 00
          > 81 31 32 33 34 35 36 37    ; nor an abort
@@ -259,6 +260,30 @@ pub(crate) fn segments_twice() {
         expected.extend(1 + ten..=7 + ten);
     }
     assert_eq!(master.bench.owner.taken, expected);
+    // Nor does it give its client more time, or less.
+    self::master(2).play(
+        "> C2 20 20 00 64 00 00 00
+         < A4 20 20 00 02 00 00 00
+         > 01 01 02 03 04 05 06 07
+         > 02 11 12 13 14 15 16 17
+         < A2 02 02 00 00 00 00 00
+         > 02 11 12 13 14 15 16 17
+         ~ 999
+         ~ 1
+         < 80 20 20 00 00 00 04 05",
+    );
+    // Another number is one of the next block, of which the beginning was lost.
+    self::master(3).play(
+        "> C2 20 20 00 64 00 00 00
+         < A4 20 20 00 03 00 00 00
+         > 01 01 02 03 04 05 06 07
+         > 02 01 02 03 04 05 06 07
+         > 03 01 02 03 04 05 06 07
+         < A2 03 03 00 00 00 00 00
+         > 02 01 02 03 04 05 06 07
+         ~ 100
+         < A2 00 03 00 00 00 00 00",
+    );
 }
 
 /// The end of a block comes twice after its beginning was lost: one acknowledge, not two, of which

@@ -66,6 +66,14 @@ impl Bench {
         Bench::unstarted_with(device, Recorder::default())
     }
 
+    /// A node in operational of a device without a boot-up frame.
+    pub fn operational_without_boot_up(device: &'static Device) -> Bench {
+        let mut bench = Bench::unstarted(device);
+        bench.node.start(bench.now);
+        bench.send(0, &[0x01, ID]);
+        bench
+    }
+
     /// A node in operational.
     pub fn operational(device: &'static Device) -> Bench {
         let mut bench = Bench::new(device);

@@ -232,15 +232,18 @@ pub static P3_LIKE: Device = Device::new(
         sdo: SdoTransfers::Expedited,
         range_abort: RangeAbort::Invalid,
         reconfigure_while_valid: true,
+        short_mapping: false,
         rpdo_sync: RpdoSync::Nth,
         tpdo_type_0_is_cyclic: true,
         pdo_events: false,
+        emergencies: true,
         emcy_inhibit: false,
         produces_sync: false,
         remote_requests: false,
         extended_identifiers: false,
         lss: false,
         tpdo_in_pre_operational: true,
+        boot_up: true,
         boots_to_operational: true,
         history_clearable: false,
     },
@@ -251,6 +254,19 @@ pub static ECHOING: Device = Device::new(
     &OBJECTS,
     Dialect {
         acknowledge_data: AcknowledgeData::Echo,
+        ..Dialect::STANDARD
+    },
+);
+
+/// What neither the standard nor the P3 does: parts of objects in PDOs, no emergencies, no boot-up.
+pub static LENIENT: Device = Device::new(
+    &OBJECTS,
+    Dialect {
+        acknowledge_data: AcknowledgeData::Echo,
+        reconfigure_while_valid: true,
+        short_mapping: true,
+        emergencies: false,
+        boot_up: false,
         ..Dialect::STANDARD
     },
 );

@@ -18,7 +18,7 @@ pub mod stand;
 pub mod streams;
 
 pub use bench::{Bench, ID, Recorder};
-pub use devices::{BASIC, P3_LIKE, STANDARD};
+pub use devices::{BASIC, LENIENT, P3_LIKE, STANDARD};
 pub use full::FULL;
 pub use stand::Stand;
 pub use streams::{Call, Streams};

@@ -21,6 +21,16 @@ pub struct Rule {
     pub check: fn(),
 }
 
+/// A row of a table.
+pub const fn rule(id: &'static str, clause: &'static str, says: &'static str, check: fn()) -> Rule {
+    Rule {
+        id,
+        clause,
+        says,
+        check,
+    }
+}
+
 /// Checks every rule of `service`, whose rows stand in the test file `file`, and that the
 /// documentation has the same rows.
 ///

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant as RealTime};
 
-use bus::ErrorFrame;
 use bus::recording::{Content, Direction, Recorder};
 use canopen::Instant;
 use client::decode::Decoder;
@@ -78,8 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             let received = timeout(left.min(LOOK), connection.receive()).await;
             for report in tell_reports(&mut connection) {
                 if let Some(log) = &mut log {
-                    let ErrorFrame { class, data } = report.error;
-                    log.write(report.stamp_ns, &Content::Error { class, data })?;
+                    log.write(report.stamp_ns, &Content::Error(report.error))?;
                 }
             }
             if let Some(log) = &mut log {

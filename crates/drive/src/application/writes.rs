@@ -1,27 +1,25 @@
-//! What a write to an object means to the drive.
+//! What a write to an object means to the drive as a whole; what it means to an axis, the axis
+//! knows.
 
 use canopen::{Abort, Address, Image, NodeId, Verdict, store};
-use cia402::{Demand, HomingMethod, ModeRefused};
+
+use personalities::own::OwnBehaviour;
 
 use super::Application;
-use crate::configuration::JERK_LIMITED;
-use crate::gains::{GainWrite, stored_together};
-use crate::probes;
+use crate::body::Body;
+use crate::gains::stored_together;
 
-impl Application {
+impl<O: OwnBehaviour, B: Body> Application<O, B> {
     /// What a write to an object that asks means.
     pub(crate) fn write(&mut self, image: &Image<'_>, object: Address, new: &[u8]) -> Verdict {
+        if let Some(verdict) = self.write_own(image, object, new) {
+            return verdict;
+        }
         let mut raw = [0; 4];
         for (place, byte) in raw.iter_mut().zip(new) {
             *place = *byte;
         }
         let raw = u32::from_le_bytes(raw);
-        if self.personality.presets_position == Some(object) {
-            let shift = (raw as i32).wrapping_sub(self.feedback.position);
-            self.axis.preset_position(shift);
-            self.rename(shift);
-            return Verdict::Done;
-        }
         if self
             .personality
             .node_id
@@ -30,53 +28,6 @@ impl Application {
             // Its row has judged the range.
             self.new_node_id = NodeId::new(raw as u8);
             return Verdict::Accept;
-        }
-        if object == self.personality.motor.electrical_polarity_at {
-            return match raw as i8 {
-                0 => Verdict::Refuse(Abort::INVALID_VALUE),
-                _ => Verdict::Accept,
-            };
-        }
-        if let Some(verdict) = self.write_gain(image, object, raw) {
-            return verdict;
-        }
-        let objects = &self.personality.axis;
-        if objects.targets.interpolation_data == Some(object) {
-            return self.write_interpolation_data(image, raw as i32);
-        }
-        if objects.targets.interpolation_clear == Some(object) {
-            self.axis.clear_buffer(raw != 0);
-            return Verdict::Done;
-        }
-        if objects.targets.voltage_d.is_some_and(|at| at.0 == object)
-            || objects.targets.voltage_q.is_some_and(|at| at.0 == object)
-        {
-            return match self.axis.demand() {
-                Demand::PhaseVoltage { .. } => Verdict::Accept,
-                _ => Verdict::Refuse(Abort::DEVICE_STATE),
-            };
-        }
-        match (object.index.wrapping_sub(objects.base), object.sub) {
-            (0x40, 0) => return self.write_controlword(image, raw as u16),
-            (0x60, 0) => return self.write_mode(image, raw as i8),
-            (0x7E, 0) => return self.write_polarity(raw as i8),
-            (0xB8, 0) if !probes::is_supported(raw as u16) => {
-                return Verdict::Refuse(Abort::INVALID_VALUE);
-            }
-            (0xB8, 0) => return Verdict::Accept,
-            (0x86, 0) if matches!(i64::from(raw as i16), 0 | JERK_LIMITED) => {
-                return Verdict::Accept;
-            }
-            (0x86, 0) => return Verdict::Refuse(Abort::INVALID_VALUE),
-            // P48: an angle only where one is used.
-            (0xEA, 0) => {
-                return match self.axis.demand() {
-                    Demand::TorqueWithAngle { .. } | Demand::PhaseVoltage { .. } => Verdict::Accept,
-                    _ => Verdict::Refuse(Abort::DEVICE_STATE),
-                };
-            }
-            (0x98, 0) => return self.write_homing_method(raw as i8),
-            _ => {}
         }
         match object.index {
             0x1010 => self.write_store(object, raw),
@@ -88,81 +39,17 @@ impl Application {
                 }
                 Err(abort) => Verdict::Refuse(abort),
             },
-            _ => Verdict::Refuse(Abort::DEVICE_STATE),
+            _ => self.write_to_axis(image, object, raw),
         }
     }
 
-    fn write_controlword(&mut self, image: &Image<'_>, word: u16) -> Verdict {
-        if self.is_stopped {
-            return Verdict::Refuse(Abort::DEVICE_STATE);
-        }
-        let asked = self.asked(image);
-        self.word.write(word, asked);
-        self.pass_controlword(image);
-        Verdict::Accept
-    }
-
-    /// The axis gets the master's controlword as inputs leave it.
-    pub(super) fn pass_controlword(&mut self, image: &Image<'_>) {
-        let word = self.word.value();
-        // A limit or rate that came in the same RPDO counts already.
-        if word != self.axis.controlword().0 {
-            self.configuration = self.read_configuration(image);
-        }
-        let targets = self.targets(image);
-        let actual = self.actual();
-        let outcome = self
-            .axis
-            .write_controlword(word, &self.configuration, &targets, &actual);
-        if outcome.fault_reset {
-            self.faults.reset();
-        }
-        self.take_demand();
-    }
-
-    fn write_mode(&mut self, image: &Image<'_>, mode: i8) -> Verdict {
-        let targets = self.targets(image);
-        let actual = self.actual();
-        let result = self
-            .axis
-            .write_mode(mode, &self.configuration, &targets, &actual);
-        self.take_demand();
-        match result {
-            Ok(()) => Verdict::Accept,
-            Err(ModeRefused::Unsupported(_)) => Verdict::Refuse(Abort::INVALID_VALUE),
-            Err(ModeRefused::NotNow(_)) => Verdict::Refuse(Abort::DEVICE_STATE),
-        }
-    }
-
-    /// A set-point for the buffer: refused while that is full or closed, and in other modes.
-    fn write_interpolation_data(&mut self, image: &Image<'_>, position: i32) -> Verdict {
-        let targets = self.targets(image);
-        let actual = self.actual();
-        let taken = self
-            .axis
-            .push_set_point(position, &self.configuration, &targets, &actual);
-        if taken {
-            Verdict::Accept
-        } else {
-            Verdict::Refuse(Abort::DEVICE_STATE)
-        }
-    }
-
-    /// A change of direction under power would turn the demand round.
-    fn write_polarity(&self, polarity: i8) -> Verdict {
-        match polarity {
-            1 | -1 if self.is_powered() => Verdict::Refuse(Abort::DEVICE_STATE),
-            1 | -1 => Verdict::Accept,
-            _ => Verdict::Refuse(Abort::INVALID_VALUE),
-        }
-    }
-
-    /// Numbers that are reserved are no methods.
-    fn write_homing_method(&self, number: i8) -> Verdict {
-        match HomingMethod::new(number) {
-            Some(_) => Verdict::Accept,
-            None => Verdict::Refuse(Abort::INVALID_VALUE),
-        }
+    /// An axis knows its objects.
+    fn write_to_axis(&mut self, image: &Image<'_>, object: Address, raw: u32) -> Verdict {
+        let verdict = self.noting(|axes, common| {
+            axes.iter_mut()
+                .find_map(|axis| axis.write(common, image, object, raw))
+        });
+        verdict.unwrap_or(Verdict::Refuse(Abort::DEVICE_STATE))
     }
 
     fn write_store(&mut self, object: Address, value: u32) -> Verdict {
@@ -171,8 +58,8 @@ impl Application {
             let address = Address::from_key(value);
             match address.filter(|address| store::is_stored(&self.table(), *address)) {
                 Some(address) => {
-                    let gains = &self.personality.amplifier.gains;
-                    match stored_together(gains, address) {
+                    let mut axes = self.personality.axes.iter();
+                    match axes.find_map(|axis| stored_together(&axis.amplifier.gains, address)) {
                         Some((first, count)) => store::Request::Run { first, count },
                         None => store::Request::Single(address),
                     }
@@ -192,15 +79,5 @@ impl Application {
 
     fn table(&self) -> canopen::Table {
         self.personality.device.table
-    }
-
-    fn write_gain(&mut self, image: &Image<'_>, object: Address, new: u32) -> Option<Verdict> {
-        let gains = &self.personality.amplifier.gains;
-        let write = self.direct.written(image, gains, object, new)?;
-        Some(match write {
-            GainWrite::NoGain => Verdict::Refuse(Abort::INVALID_VALUE),
-            GainWrite::NoBandwidth => Verdict::Refuse(Abort::DEVICE_STATE),
-            GainWrite::ByRule | GainWrite::Direct => Verdict::Accept,
-        })
     }
 }

@@ -131,6 +131,12 @@ impl ParameterFlash {
         }
     }
 
+    /// Where the bytes of `set` are, without its header.
+    #[must_use]
+    pub const fn body(&self, set: &Set) -> Region {
+        slot::body(self.region(set.slot), set.bytes)
+    }
+
     /// What `slot` holds. Reads all of the slot at most.
     ///
     /// # Errors

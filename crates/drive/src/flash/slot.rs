@@ -78,6 +78,11 @@ impl SlotState {
     }
 }
 
+/// Where the bytes of a set are in its slot.
+pub(crate) const fn body(region: Region, bytes: u32) -> Region {
+    Region::new(region.at.saturating_add(BODY_AT), bytes)
+}
+
 /// The header of a set and what its checksum has to be.
 pub(crate) fn header(sequence: u32, set: &[u8]) -> [u8; HEADER] {
     let start = start(sequence, set.len() as u32);

@@ -11,8 +11,8 @@ use crate::class::{
     CONFIGURATION, CONTROL, TARGET_ANGLE, TARGET_POSITION, TARGET_TORQUE, TARGET_VELOCITY,
 };
 use crate::{
-    AxisObjects, ConfigurationObjects, FeedbackObjects, HomingObjects, TargetObjects, TargetWindow,
-    WindowObjects,
+    AxisObjects, ConfigurationObjects, FeedbackObjects, Figure, HomingObjects, TargetObjects,
+    TargetWindow, WindowObjects,
 };
 
 /// The feature list's modes (P11).
@@ -106,7 +106,7 @@ pub(super) const P3_ROWS: &[Row] = &[
 pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects {
     AxisObjects {
         base: 0x6000,
-        statusword: objects.handle(0x6041, 0),
+        statusword: Some(objects.handle(0x6041, 0)),
         mode_display: objects.need(0x6061, 0),
         targets: TargetObjects {
             position: plain(objects, 0x607A, 0),
@@ -125,7 +125,7 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         feedback: FeedbackObjects {
             position: plain(objects, 0x6064, 0),
             velocity: plain(objects, 0x606C, 0),
-            torque: plain(objects, 0x6077, 0),
+            torque: Some(plain(objects, 0x6077, 0)),
             current_a: Some(scaled(objects, 0x6078, 0, 1e-3)), // mA, P24
             position_demand: Some(plain(objects, 0x60FC, 0)),  // P28
             velocity_demand: [Some(plain(objects, 0x6043, 0)), None],
@@ -197,7 +197,7 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
             is_homed: objects.handle(0x2402, 0),
             search: None,
         }),
-        rated_torque_nm: scaled(objects, 0x6076, 0, 1e-3),
+        rated_torque_nm: Figure::Object(scaled(objects, 0x6076, 0, 1e-3)),
         polarity: Some(objects.need(0x607E, 0)),
     }
 }

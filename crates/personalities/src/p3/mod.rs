@@ -14,7 +14,8 @@ use canopen::{
 };
 use canopen::{Device, dictionary};
 
-use crate::{ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
+use crate::own::OwnKind;
+use crate::{AxisPersonality, ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -45,17 +46,20 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     sdo: SdoTransfers::Expedited,             // l.166, l.167
     range_abort: RangeAbort::Invalid,         // P27
     reconfigure_while_valid: true,            // P49
+    short_mapping: false,                     // J4
     rpdo_sync: RpdoSync::Nth,                 // P50
     tpdo_type_0_is_cyclic: true,              // P13
     pdo_events: false,                        // P51
-    emcy_inhibit: false,                      // stored without effect
-    produces_sync: false,                     // 0x1006 is read only
-    remote_requests: false,                   // l.174
-    extended_identifiers: false,              // l.178
-    lss: false,                               // not mentioned
-    tpdo_in_pre_operational: true,            // P14
-    boots_to_operational: true,               // l.346, P33
-    history_clearable: false,                 // P40
+    emergencies: true,
+    emcy_inhibit: false,           // stored without effect
+    produces_sync: false,          // 0x1006 is read only
+    remote_requests: false,        // l.174
+    extended_identifiers: false,   // l.178
+    lss: false,                    // not mentioned
+    tpdo_in_pre_operational: true, // P14
+    boot_up: true,                 // l.379
+    boots_to_operational: true,    // l.346, P33
+    history_clearable: false,      // P40
 };
 
 /// The P3's CiA 402.
@@ -101,9 +105,13 @@ pub static P3: Personality = Personality {
     device: Device::new(&OBJECTS, CANOPEN),
     bit_rates: &[BitRate::Mbit1], // l.184
     cia402: CIA402,
-    axis: axis::axis(&OBJECTS_CONST),
-    motor: motor::motor(&OBJECTS_CONST),
-    amplifier: motor::amplifier(&OBJECTS_CONST),
+    axes: &[AxisPersonality {
+        objects: axis::axis(&OBJECTS_CONST),
+        motor: motor::motor(&OBJECTS_CONST),
+        amplifier: motor::amplifier(&OBJECTS_CONST),
+        presets_position: Some(Address::new(0x6064, 0)), // P25
+        inputs: None,
+    }],
     faults: FAULTS,
     errors: ErrorRules {
         bus_off_leaves_state: false,
@@ -116,8 +124,7 @@ pub static P3: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     node_id: Some((Address::new(0x21B0, 0), OBJECTS_CONST.handle(0x21B0, 0))), // P5
     stores_single_entry: Some(Address::new(0x1010, 4)),                        // P4
-    presets_position: Some(Address::new(0x6064, 0)),                           // P25
-    inputs: None,
     termination: None,
+    own: OwnKind::Nothing,
     host: None,
 };

@@ -8,7 +8,8 @@ use canopen::{Address, Dictionary, Row};
 use super::scaled;
 use crate::class::{CONTROL, TARGET_VOLTAGE};
 use crate::{
-    AmplifierObjects, BridgeTimeObjects, DirectGainObjects, GainObjects, LoopObjects, MotorObjects,
+    AmplifierObjects, BridgeTimeObjects, DirectGainObjects, Figure, GainObjects, LoopObjects,
+    MotorObjects,
 };
 
 /// A parameter of the controllers that is stored.
@@ -103,25 +104,25 @@ pub(crate) const GAIN_ROWS: &[Row] = &[
 /// Where the controllers find the motor's parameters.
 pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjects {
     MotorObjects {
-        electrical_zero: objects.need(0x3011, 1),
-        electrical_polarity: objects.need(0x3011, 2),
-        electrical_polarity_at: Address::new(0x3011, 2),
-        poles: objects.need(0x3011, 3),
-        torque_constant: scaled(objects, 0x3011, 4, 1e-3),
-        terminal_resistance: scaled(objects, 0x3011, 5, 0.01),
-        terminal_inductance: scaled(objects, 0x3011, 6, 1e-5),
+        electrical_zero: Figure::plain(objects.need(0x3011, 1)),
+        electrical_polarity: Figure::plain(objects.need(0x3011, 2)),
+        electrical_polarity_at: Some(Address::new(0x3011, 2)),
+        poles: Figure::plain(objects.need(0x3011, 3)),
+        torque_constant: Figure::Object(scaled(objects, 0x3011, 4, 1e-3)),
+        terminal_resistance: Figure::Object(scaled(objects, 0x3011, 5, 0.01)),
+        terminal_inductance: Figure::Object(scaled(objects, 0x3011, 6, 1e-5)),
         // gcm² × 2¹⁵.
-        rotor_inertia: scaled(objects, 0x3011, 7, 1e-7 / 32768.0),
-        continuous_current: scaled(objects, 0x3011, 8, 1e-3),
-        peak_current: scaled(objects, 0x3011, 9, 1e-3),
-        peak_time: scaled(objects, 0x3011, 10, 1e-3),
+        rotor_inertia: Figure::Object(scaled(objects, 0x3011, 7, 1e-7 / 32768.0)),
+        continuous_current: Figure::Object(scaled(objects, 0x3011, 8, 1e-3)),
+        peak_current: Figure::Object(scaled(objects, 0x3011, 9, 1e-3)),
+        peak_time: Figure::Object(scaled(objects, 0x3011, 10, 1e-3)),
         user_continuous_current: Some(scaled(objects, 0x2111, 0, 0.01)), // P31
         user_peak_current: Some(scaled(objects, 0x2110, 0, 0.01)),
         user_peak_time: Some(scaled(objects, 0x2112, 0, 1e-3)),
-        encoder_resolution: objects.need(0x3013, 1),
+        encoder_resolution: Figure::plain(objects.need(0x3013, 1)),
         // The manual leaves the unit open. Steps of a microsecond are what a calibration can walk
         // through: below, 50 steps change nothing that is measurable.
-        encoder_lag: scaled(objects, 0x3013, 5, 1e-6),
+        encoder_lag: Figure::Object(scaled(objects, 0x3013, 5, 1e-6)),
         i2t_rule: None, // P30
     }
 }
@@ -129,19 +130,22 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
 /// Where the controllers find the amplifier's parameters.
 pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> AmplifierObjects {
     AmplifierObjects {
-        pwm_frequency_hz: objects.need(0x3001, 1),
+        pwm_frequency_hz: Figure::plain(objects.need(0x3001, 1)),
         pwm_per_control: 5, // l.888
-        times: Some(BridgeTimeObjects {
-            dead_time: objects.need(0x3001, 2),
-            propagation: objects.need(0x3001, 3),
-            propagation_spread: objects.need(0x3001, 4),
-            settling: objects.need(0x3001, 5),
-            sampling: objects.need(0x3001, 6),
-            conversion: objects.need(0x3001, 7),
-        }),
-        max_current: scaled(objects, 0x3001, 8, 1e-3),
-        max_phase_voltage: scaled(objects, 0x3001, 9, 1e-3),
-        current_zero: [objects.need(0x3009, 1), objects.need(0x3009, 2)],
+        times: BridgeTimeObjects {
+            dead_time: Figure::plain(objects.need(0x3001, 2)),
+            propagation: Figure::plain(objects.need(0x3001, 3)),
+            propagation_spread: Figure::plain(objects.need(0x3001, 4)),
+            settling: Figure::plain(objects.need(0x3001, 5)),
+            sampling: Figure::plain(objects.need(0x3001, 6)),
+            conversion: Figure::plain(objects.need(0x3001, 7)),
+        },
+        max_current: Figure::Object(scaled(objects, 0x3001, 8, 1e-3)),
+        max_phase_voltage: Figure::Object(scaled(objects, 0x3001, 9, 1e-3)),
+        current_zero: [
+            Figure::plain(objects.need(0x3009, 1)),
+            Figure::plain(objects.need(0x3009, 2)),
+        ],
         gains: GainObjects {
             current_d: controller(objects, 1),
             current_q: controller(objects, 3),
@@ -163,8 +167,8 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
 /// Bandwidth in 0.1 Hz at `sub` of 0x3019, damping × 256 behind it.
 const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObjects {
     LoopObjects {
-        bandwidth: scaled(objects, 0x3019, sub, 0.1),
-        damping: scaled(objects, 0x3019, sub + 1, 1.0 / 256.0),
+        bandwidth: Figure::Object(scaled(objects, 0x3019, sub, 0.1)),
+        damping: Figure::Object(scaled(objects, 0x3019, sub + 1, 1.0 / 256.0)),
         direct: None,
     }
 }

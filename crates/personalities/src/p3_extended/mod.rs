@@ -13,8 +13,9 @@ mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
+use crate::own::OwnKind;
 use crate::p3;
-use crate::{ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
+use crate::{AxisPersonality, ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -65,9 +66,13 @@ pub static P3_EXTENDED: Personality = Personality {
     device: Device::new(&OBJECTS, CANOPEN),
     bit_rates: &can::BitRate::ALL,
     cia402: CIA402,
-    axis: axis::axis(&OBJECTS_CONST),
-    motor: motor::motor(&OBJECTS_CONST),
-    amplifier: p3::motor::amplifier(&OBJECTS_CONST),
+    axes: &[AxisPersonality {
+        objects: axis::axis(&OBJECTS_CONST),
+        motor: motor::motor(&OBJECTS_CONST),
+        amplifier: p3::motor::amplifier(&OBJECTS_CONST),
+        presets_position: Some(Address::new(0x6064, 0)),
+        inputs: Some(inputs::objects(&OBJECTS_CONST)),
+    }],
     faults: FAULTS,
     errors: ErrorRules {
         keeps_last_code: false,
@@ -80,9 +85,8 @@ pub static P3_EXTENDED: Personality = Personality {
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
     node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
-    presets_position: Some(Address::new(0x6064, 0)),
-    inputs: Some(inputs::objects(&OBJECTS_CONST)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    own: OwnKind::Nothing,
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),

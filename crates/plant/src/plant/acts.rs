@@ -162,7 +162,8 @@ impl<R: Real> Plant<R> {
     pub fn set_pwm_period_s(&mut self, period_s: f64) {
         let period_s = if period_s > 1e-6 { period_s } else { 1e-6 };
         let period_s = if period_s < 1e-3 { period_s } else { 1e-3 };
-        self.parameters.pwm_period_s = period_s;
+        let before_s = core::mem::replace(&mut self.parameters.pwm_period_s, period_s);
+        self.board.set_period_s(before_s, period_s, self.periods);
         let (motor, load) = (&self.parameters.motor, &self.parameters.load);
         self.mechanics.set_period_s(motor, load, period_s);
         self.winding = winding_of(&self.parameters);

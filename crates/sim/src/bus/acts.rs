@@ -14,8 +14,8 @@ use crate::wire_act::{ImpossibleAct, Participant, WhichFrames, WireAct, WireFaul
 pub(super) struct Acts {
     /// Those that are about frames.
     pending: Vec<WireAct>,
-    /// The broken cable, and until when it is broken.
-    fault: Option<(WireFault, Instant)>,
+    /// What is broken of the cable, and until when.
+    faults: Vec<(WireFault, Instant)>,
 }
 
 impl Acts {
@@ -62,17 +62,29 @@ impl Acts {
         spoilt
     }
 
-    /// What the cable did to the bit that ends now.
+    /// What the cable did to the bit that ends now: of two levels the dominant one prevails.
     #[inline]
     pub(super) fn fault(&self, now: Instant) -> Option<WireFault> {
-        let (fault, until) = self.fault?;
-        (now <= until).then_some(fault)
+        let mut prevails = None;
+        for (fault, _) in self.faults.iter().filter(|(_, until)| now <= *until) {
+            if prevails != Some(WireFault::Dominant) {
+                prevails = Some(*fault);
+            }
+        }
+        prevails
     }
 
     /// Whether the cable is broken from now on.
     #[inline]
     pub(super) fn is_cable_broken(&self, now: Instant) -> bool {
-        self.fault.is_some_and(|(_, until)| now < until)
+        self.faults.iter().any(|(_, until)| now < *until)
+    }
+
+    /// Whether the cable is dominant from now on.
+    #[inline]
+    pub(super) fn is_held_dominant(&self, now: Instant) -> bool {
+        let mut faults = self.faults.iter();
+        faults.any(|(fault, until)| *fault == WireFault::Dominant && now < *until)
     }
 }
 
@@ -121,7 +133,10 @@ impl Bus {
     }
 
     fn break_cable(&mut self, fault: WireFault, until: Instant) {
-        self.acts.fault = Some((fault, until));
+        let now = self.now;
+        let faults = &mut self.acts.faults;
+        faults.retain(|(_, until)| now <= *until);
+        faults.push((fault, until));
         for n in 0..self.media.count() {
             let medium = self.media.nth(n);
             let is_common = medium.wire.cut_off.is_none();

@@ -123,7 +123,7 @@ impl Bus {
         if wire == self.gateway.port.wire() {
             self.busy_ns += bit_ns;
         }
-        let stays = fault == Some(WireFault::Dominant) && self.acts.is_cable_broken(now);
+        let stays = self.acts.is_held_dominant(now);
         if at_rest && !stays {
             self.media.nth(n).end_bits(now);
             for (_, port) in self.ports().filter(|(_, port)| port.wire() == wire) {
@@ -359,7 +359,7 @@ impl Bus {
         }
         if self.stranger.port.protocol.is_on() {
             if self.stranger.end_floods(now) {
-                self.stranger.port.protocol.stop();
+                self.stranger.port.stop();
             } else if self.stranger.contender(now).is_some() {
                 self.media.contend(self.stranger.port.wire());
             }

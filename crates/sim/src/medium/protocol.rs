@@ -342,6 +342,8 @@ impl Protocol {
 
     fn leave_if_bus_off(&mut self) {
         if self.counters.is_bus_off() {
+            // It has given the frame up: another may send the same one.
+            self.sending = None;
             self.state = State::BusOff {
                 sequences: 0,
                 run: 0,

@@ -20,7 +20,7 @@ pub(crate) enum Act {
     LoadTorque(f32),
     /// Inertia of the load, kg m²; `None` is what the drive was made with.
     LoadInertia(Option<f64>),
-    /// Coulomb and viscous friction of the load, Nm and Nm s/rad; `None` is as made, or as it is.
+    /// Coulomb and viscous friction of the load, Nm and Nm s/rad; `None` is as made.
     LoadFriction(Option<(f64, Option<f64>)>),
     /// Temperature of the amplifier, °C; `None` is that of the surroundings.
     AmplifierTemperature(Option<f32>),

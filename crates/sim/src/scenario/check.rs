@@ -21,6 +21,8 @@ pub(super) fn contradictions(events: &[Event], findings: &mut Findings<'_>) {
         };
         for earlier in &events[..n] {
             let meet = match (earlier.target.value, later.target.value) {
+                // All are all drives.
+                (Target::All, Target::Outside) | (Target::Outside, Target::All) => false,
                 (Target::All, _) | (_, Target::All) => true,
                 (one, other) => one == other,
             };
@@ -141,6 +143,13 @@ pub(super) fn world(
         );
     }
     for section in own() {
+        if let (Some(span), Some(path)) = (section.stored_span(), drive.store.path()) {
+            let path = path.display();
+            let what = format!("drive {place} keeps what it stores in {path}, and this would not");
+            let remedy = "leave --store out, or leave this out and let a master store it";
+            findings.push(span, what, remedy);
+            continue;
+        }
         if !section.store(drive) {
             let what = "what is stored does not fit into the drive's flash";
             findings.push(&section.span, what, "store fewer objects");

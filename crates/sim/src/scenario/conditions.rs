@@ -22,7 +22,7 @@ pub const CONDITIONS: &[(&str, &str, &str)] = &[
     ),
     (
         "emergency",
-        "0x3120",
+        "0x3220",
         "The drive has sent an emergency message with this error code on 0x080 + node ID.",
     ),
     (

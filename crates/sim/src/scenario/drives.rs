@@ -31,6 +31,8 @@ pub(super) struct DriveSection {
     spreads: Vec<(&'static Parameter, Read<truth::Spread>)>,
     /// Objects that are stored before the start.
     stored: Vec<(Address, Read<u64>)>,
+    /// Where that stands.
+    stored_span: Option<Span>,
 }
 
 /// Words of `[drive.N]` beside the sections of parameters.
@@ -48,7 +50,7 @@ pub const DRIVE_KEYS: &[(&str, &str, &str)] = &[
     (
         "stored",
         "{ \"0x6065\" = 1000 }",
-        "Objects whose values are stored when it starts, as index or \"index,sub-index\"; all else is at its default.",
+        "Objects whose values are stored when it starts, as index or \"index,sub-index\"; all else is at its default. Not with `--store`, which says what is stored by itself.",
     ),
 ];
 
@@ -111,6 +113,7 @@ impl DriveSection {
         if let Some(value) = section.take("spread") {
             read_spreads(value, findings, &mut spreads);
         }
+        let stored_span = section.key_span("stored");
         let stored = section.take("stored");
         let stored = stored.map_or_else(Vec::new, |value| read_stored(value, findings));
         // In the order of the rows: some speak of what others have made.
@@ -125,6 +128,7 @@ impl DriveSection {
             given,
             hidden_truth: hidden_truth.is_some_and(|flag| flag.value),
             spreads,
+            stored_span: stored_span.filter(|_| !stored.is_empty()),
             stored,
         })
     }
@@ -146,6 +150,11 @@ impl DriveSection {
             let value = truth::draw(parameter, parameter.of(world), spread.value, place, seed);
             parameter.give(world, value);
         }
+    }
+
+    /// Where it says what is stored, if it does.
+    pub(super) fn stored_span(&self) -> Option<&Span> {
+        self.stored_span.as_ref()
     }
 
     /// Where a parameter of that path is given.

@@ -141,6 +141,13 @@ impl Draft {
         let span = section.span.clone();
         let line = findings.source.line_of(span.start);
         let name = section.text("name", "write a name, as in \"sag\"", findings);
+        if let Some(name) = &name
+            && name.value.contains(char::is_control)
+        {
+            // What happens is told in lines, with the event's name.
+            let what = "a name has no line breaks or other control characters";
+            findings.push(&name.span, what, "write it in one line");
+        }
         let kind = Self::kind(&mut section, findings);
         let target = match kind.map(|kind| kind.object) {
             Some(Object::Bus) => Some(Read {

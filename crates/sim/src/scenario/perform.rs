@@ -128,12 +128,18 @@ impl Act {
         let of = name(drive);
         match *self {
             Act::Stall => {
-                drive.stall_until(now.plus_ns(lasts_ns));
-                format!("processor of {of} stalled for {}", time(lasts_ns))
+                let idle = drive.why_idle().unwrap_or_default();
+                match drive.stall_until(now.plus_ns(lasts_ns)) {
+                    true => format!("processor of {of} stalled for {}", time(lasts_ns)),
+                    false => format!("processor of {of} is not stalled: it {idle}"),
+                }
             }
             Act::Hang => {
-                drive.hang(now);
-                format!("processor of {of} hangs")
+                let idle = drive.why_idle().unwrap_or_default();
+                match drive.hang(now) {
+                    true => format!("processor of {of} hangs"),
+                    false => format!("processor of {of} is not made to hang: it {idle}"),
+                }
             }
             Act::Spoil { bytes, both } => {
                 let seed = now.0 ^ u64::from(drive.place().number());

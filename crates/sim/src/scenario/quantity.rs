@@ -318,8 +318,12 @@ fn plain(symbol: &str) -> String {
     }
 }
 
-/// A number with up to six digits.
+/// A whole number, or one with up to six digits.
 fn short(value: f64) -> String {
+    const WHOLE: f64 = 1e15;
+    if value.trunc() == value && value.abs() < WHOLE {
+        return format!("{}", value + 0.0);
+    }
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     // Adding zero makes a negative zero positive.
     format!("{}", rounded + 0.0)
@@ -391,6 +395,10 @@ mod tests {
             (Quantity::Voltage, 1e6, "1000000 V"),
             (Quantity::Flag, 1.0, "true"),
             (Quantity::Whole, 4096.0, "4096"),
+            (Quantity::Whole, 1_048_576.0, "1048576"),
+            (Quantity::Number, -1_048_576.0, "-1048576"),
+            (Quantity::Number, 1.234_567_8, "1.23457"),
+            (Quantity::Number, -0.0, "0"),
         ] {
             assert_eq!(quantity.format(value), text);
             if !quantity.units().is_empty() {

@@ -253,7 +253,7 @@ impl<'t> Words<'t> {
         match reader.next() {
             Some(Ok(record)) => match record.content {
                 bus::recording::Content::Frame(frame) => Ok(frame),
-                bus::recording::Content::Error { .. } => {
+                bus::recording::Content::Error(_) => {
                     Err(expected(at, "a frame is expected, like 181#00"))
                 }
             },

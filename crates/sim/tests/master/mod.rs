@@ -6,7 +6,7 @@
 )]
 
 use can::Frame;
-use canopen::{Instant, NodeId};
+use canopen::{Device, Instant, NodeId};
 use sim::{Bus, BusSettings, DriveSettings, Traffic, VirtualDrive};
 
 /// Statusword patterns of CiA 402 under the mask 0x6F.
@@ -105,16 +105,20 @@ impl Master {
         }
     }
 
+    /// The device, if it speaks plain CiA 301. The faithful P3 takes frames as short as the manual's
+    /// and answers without a size, the extended one whole frames and with it. One that is just
+    /// getting a node ID over the bus is a P3.
+    fn standard(&mut self, node: u8) -> Option<&'static Device> {
+        let device = &self.bus.drive(id(node))?.personality().device;
+        (!device.dialect.short_requests).then_some(device)
+    }
+
     /// Writes as the manual does, without a size; the abort code if there is one.
     pub fn try_write(&mut self, node: u8, index: u16, sub: u8, value: &[u8]) -> Result<(), u32> {
         let [low, high] = index.to_le_bytes();
         let mut data = vec![0x22, low, high, sub];
         data.extend(value);
-        // The faithful P3 takes frames as short as the manual's, the extended one whole frames.
-        // One that is just getting a node ID over the bus is a P3.
-        let drive = self.bus.drive(id(node));
-        let takes_short = drive.is_none_or(|d| d.personality().device.dialect.short_requests);
-        if !takes_short {
+        if self.standard(node).is_some() {
             data[0] |= 1 | (4 - value.len() as u8) << 2;
             data.resize(8, 0);
         }
@@ -151,16 +155,22 @@ impl Master {
     /// The raw 4 data bytes of an upload, or the abort code.
     pub fn try_read(&mut self, node: u8, index: u16, sub: u8) -> Result<[u8; 4], u32> {
         let [low, high] = index.to_le_bytes();
+        let standard = self.standard(node);
         let request = [0x40, low, high, sub, 0, 0, 0, 0];
-        let answer = self.ask(node, &request).expect("an answer");
+        let length = if standard.is_some() { 8 } else { 4 };
+        let answer = self.ask(node, &request[..length]).expect("an answer");
         assert_eq!(answer[1..4], [low, high, sub]);
         let data: [u8; 4] = answer[4..].try_into().unwrap();
-        match answer[0] {
-            // Without a size, as the faithful P3 answers, or with one, as the extended.
-            0x42 | 0x43 | 0x47 | 0x4B | 0x4F => Ok(data),
-            0x80 => Err(u32::from_le_bytes(data)),
-            other => panic!("{other:02X}"),
+        if answer[0] == 0x80 {
+            return Err(u32::from_le_bytes(data));
         }
+        let expected = standard.map_or(0x42, |device| {
+            let entry = device.table.find(index, sub).expect("the object");
+            let row = device.table.row(&entry).expect("its row");
+            0x43 | (4 - row.data_type.size()) << 2
+        });
+        assert_eq!(answer[0], expected, "{index:04X},{sub}: {answer:02X?}");
+        Ok(data)
     }
 
     #[track_caller]

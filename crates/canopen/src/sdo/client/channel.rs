@@ -17,8 +17,8 @@ impl Channel {
     /// Requests go out with `request`, answers come in with `answer`.
     pub fn new(request: impl Into<Id>, answer: impl Into<Id>) -> Channel {
         Channel {
-            request_key: key(request.into()),
-            answer_key: key(answer.into()),
+            request_key: Frame::key_of(request),
+            answer_key: Frame::key_of(answer),
         }
     }
 
@@ -45,14 +45,6 @@ impl Channel {
     #[inline]
     pub(super) fn request(&self, data: [u8; 8], len: u8) -> Frame {
         Frame::keyed(self.request_key, data, len)
-    }
-}
-
-/// [`Frame::key`] of data frames.
-fn key(id: Id) -> u32 {
-    match id {
-        Id::Standard(id) => u32::from(id.as_raw()),
-        Id::Extended(id) => id.as_raw() | 1 << 31,
     }
 }
 

@@ -153,6 +153,9 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
 fn value(data_type: DataType, bytes: &[u8], like: Option<&Value>) -> Live {
     match Value::from_bytes(data_type, bytes, like) {
         Some(value) => Live::Value(value),
+        None if data_type == DataType::VISIBLE_STRING || data_type == DataType::UNICODE_STRING => {
+            Live::Unread(format!("{} bytes came, not writable as text", bytes.len()))
+        }
         None => {
             let name = data_type.name().unwrap_or("value of its type");
             Live::Unread(format!("{} bytes came, which is no {name}", bytes.len()))
