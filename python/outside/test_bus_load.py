@@ -36,6 +36,18 @@ def test_the_load_is_the_sum_of_the_bits(drives, sync_hz):
     assert figures["load"] == pytest.approx(share, rel=0.01)
 
 
+def test_the_load_of_a_mixed_bus_is_the_sum_of_the_bits():
+    path = directory() / "cyclic-mixed.log"
+    command = [cyclic(), "--mixed", "--seconds", str(SECONDS), "--record", str(path)]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, timeout=300)
+    figures = json.loads(printed.stdout)
+    assert figures["cycles"] == SECONDS * 250
+    assert figures["missed"] == figures["not_following"] == figures["unexpected"] == 0
+    share, frames = bus_load.load(path, 1_000_000)
+    assert frames + 1 == figures["frames"] >= figures["cycles"] * figures["frames_per_cycle"]
+    assert figures["load"] == pytest.approx(share, rel=0.01)
+
+
 def test_the_bits_of_frames_counted_by_hand():
     # Identifier 0 without data: 34 dominant bits with 6 between them, then 13 recessive ones.
     assert bus_load.frame_bits(0, b"") == 34 + 6 + 13

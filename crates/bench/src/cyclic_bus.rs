@@ -20,7 +20,8 @@ const TARGET_HZ: f64 = 1.0;
 pub struct Cycle {
     /// Drives, nodes 1 to this; at most 15.
     pub drives: u8,
-    /// SYNC per second, a divisor of 1,000,000.
+    /// SYNC per second, a divisor of 1000 from 4 on: the drives are told whole milliseconds in a byte
+    /// (0x60C2,1).
     pub sync_hz: u32,
 }
 
@@ -36,8 +37,17 @@ impl Cycle {
         sync_hz: 500,
     };
 
-    fn period_ns(self) -> u64 {
-        1_000_000_000 / u64::from(self.sync_hz)
+    /// What 0x60C2,1 is told.
+    ///
+    /// # Errors
+    /// [`NoCycle::Rate`].
+    pub fn period_ms(self) -> Result<u8, NoCycle> {
+        let sync_hz = self.sync_hz;
+        let ms = 1000u32
+            .checked_div(sync_hz)
+            .filter(|ms| ms * sync_hz == 1000);
+        ms.and_then(|ms| u8::try_from(ms).ok())
+            .ok_or(NoCycle::Rate { sync_hz })
     }
 }
 
@@ -63,6 +73,15 @@ pub struct Outcome {
 /// Something is not as it must be before the cycle can begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoCycle {
+    /// The drives cannot be told the period.
+    #[error(
+        "{sync_hz} SYNC per second are no whole milliseconds up to 255 between two; use a divisor of \
+         1000 from 4 on: 4, 5, 8, 10, 20, 25, 40, 50, 100, 125, 200, 250, 500 or 1000"
+    )]
+    Rate {
+        /// What was asked for.
+        sync_hz: u32,
+    },
     /// A drive refuses a write, or does not answer.
     #[error("node {node} does not take 0x{index:04X},{sub}")]
     Refused {
@@ -79,6 +98,7 @@ pub enum NoCycle {
 #[derive(Debug)]
 pub struct CyclicBus {
     cycle: Cycle,
+    period_ms: u8,
     bus: Bus,
     begin: Instant,
     answered: Vec<bool>,
@@ -100,6 +120,7 @@ impl CyclicBus {
     /// # Errors
     /// [`NoCycle`].
     pub fn new(cycle: Cycle, seed: u64) -> Result<CyclicBus, NoCycle> {
+        let period_ms = cycle.period_ms()?;
         let ids = (1..=cycle.drives).filter_map(NodeId::new);
         let drives: Vec<DriveSettings> = ids
             .map(|id| DriveSettings::new(id, &personalities::p3::P3))
@@ -109,6 +130,7 @@ impl CyclicBus {
         bus.take_traffic();
         let mut it = CyclicBus {
             cycle,
+            period_ms,
             begin: bus.now(),
             bus,
             answered: vec![false; usize::from(cycle.drives)],
@@ -143,7 +165,7 @@ impl CyclicBus {
 
     fn configure(&mut self, node: u8) -> Result<(), NoCycle> {
         let id = u32::from(node);
-        let ms = (1000 / self.cycle.sync_hz).max(1) as u8;
+        let period_ms = self.period_ms;
         let mut write = |index: u16, sub: u8, data: &[u8]| self.write(node, index, sub, data);
         write(0x1400, 1, &(0x200 + id).to_le_bytes())?;
         write(0x1400, 2, &[1])?;
@@ -156,7 +178,7 @@ impl CyclicBus {
         write(0x1A00, 1, &0x6041_0010_u32.to_le_bytes())?;
         write(0x1A00, 2, &0x6064_0020_u32.to_le_bytes())?;
         write(0x1A00, 0, &[2])?;
-        write(0x60C2, 1, &[ms])?;
+        write(0x60C2, 1, &[period_ms])?;
         write(0x60C2, 2, &[0xFD])?;
         // The present position is where the sine begins.
         write(0x6064, 0, &target(node, 0.0).to_le_bytes())?;
@@ -185,10 +207,7 @@ impl CyclicBus {
     pub fn run(&mut self, cycles: u64, mut see: impl FnMut(&Traffic)) -> Outcome {
         let began = RealTime::now();
         for _ in 0..cycles {
-            let at = self
-                .begin
-                .plus_ns(self.outcome.cycles * self.cycle.period_ns());
-            self.bus.run_until(at);
+            self.bus.run_until(self.begins(self.outcome.cycles));
             self.look(&mut see);
             if self.outcome.cycles > 0 && self.answered.contains(&false) {
                 self.outcome.missed += 1;
@@ -202,9 +221,7 @@ impl CyclicBus {
             }
             self.outcome.cycles += 1;
         }
-        let end = self
-            .begin
-            .plus_ns(self.outcome.cycles * self.cycle.period_ns());
+        let end = self.begins(self.outcome.cycles);
         self.bus.run_until(end);
         self.look(&mut see);
         for node in 1..=self.cycle.drives {
@@ -218,6 +235,11 @@ impl CyclicBus {
         self.outcome.load = busy_ns as f64 / end.since_ns(self.begin) as f64;
         self.outcome.wall += began.elapsed();
         self.outcome
+    }
+
+    /// When a cycle begins.
+    fn begins(&self, cycle: u64) -> Instant {
+        self.begin.plus_ms(cycle * u64::from(self.period_ms))
     }
 
     fn look(&mut self, see: &mut impl FnMut(&Traffic)) {

@@ -8,6 +8,7 @@
 //! - [`subject`]: the cases, and what a stack must offer to be measured;
 //! - [`block`]: SDO block transfers, of which there is only our own pair of client and server;
 //! - [`cyclic_bus`]: four and six drives in cyclic synchronous position on one bus;
+//! - [`mixed_bus`]: one of each documented drive on one bus;
 //! - [`measure`]: counting instructions;
 //! - [`period`]: wall-clock time, for the control cascade and block transfers;
 //! - [`mod@reference`]: the figures of a program in another language;
@@ -16,6 +17,7 @@
 pub mod block;
 pub mod cyclic_bus;
 pub mod measure;
+pub mod mixed_bus;
 pub mod period;
 pub mod reference;
 pub mod report;

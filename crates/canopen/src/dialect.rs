@@ -14,7 +14,7 @@ pub enum UploadReply {
 pub enum AcknowledgeData {
     /// Zeros (CiA 301; P3).
     Zeros,
-    /// The data that was written (P3 JPL, J1); of a command that is carried out later what its object
+    /// The data that was written (J1); of a command that is carried out later what its object
     /// reads as (J2).
     Echo,
 }
@@ -56,6 +56,9 @@ pub enum RangeAbort {
 pub struct Dialect {
     /// SDO requests may be as short as their contents (4 to 8 bytes); the standard wants 8 (P1).
     pub short_requests: bool,
+    /// An expedited download may be longer than its object, if the bytes that are too many are 0
+    /// (MD80, M19). The standard wants the object's length.
+    pub zero_padded_writes: bool,
     /// How an expedited upload is answered.
     pub upload_reply: UploadReply,
     /// How a download is acknowledged.
@@ -77,6 +80,9 @@ pub struct Dialect {
     /// TPDOs are sent by events, inhibit time and event timer are obeyed, and RPDOs have deadlines
     /// (CiA 301 7.2.2.2). If not, these parameters are stored without effect (P51).
     pub pdo_events: bool,
+    /// A TPDO of type 254, whose event is the maker's own to choose, is sent by its event timer and
+    /// not when a mapped value changes.
+    pub type_254_by_timer: bool,
     /// Emergencies are sent; if not, 0x1014 is stored without effect (J16).
     pub emergencies: bool,
     /// Emergencies keep the inhibit time 0x1015; if not, it is stored without effect.
@@ -86,6 +92,8 @@ pub struct Dialect {
     /// Remote transmission requests are answered: TPDO types 252 and 253, node guarding. If not,
     /// those types get 0x06090030 (P3 l.174).
     pub remote_requests: bool,
+    /// Bit 30 of a TPDO's COB-ID, no remote requests, cannot be cleared: 0x06090030.
+    pub tpdo_forbids_remote: bool,
     /// Services may be moved onto identifiers of 29 bits (not in the P3, l.178).
     pub extended_identifiers: bool,
     /// The device is an LSS slave (CiA 305). The slave ([`crate::lss::Slave`]) stands beside the node,
@@ -107,6 +115,7 @@ impl Dialect {
     /// Plain CiA 301.
     pub const STANDARD: Dialect = Dialect {
         short_requests: false,
+        zero_padded_writes: false,
         upload_reply: UploadReply::Sized,
         acknowledge_data: AcknowledgeData::Zeros,
         sdo: SdoTransfers::All {
@@ -119,10 +128,12 @@ impl Dialect {
         rpdo_sync: RpdoSync::Next,
         tpdo_type_0_is_cyclic: false,
         pdo_events: true,
+        type_254_by_timer: false,
         emergencies: true,
         emcy_inhibit: true,
         produces_sync: true,
         remote_requests: true,
+        tpdo_forbids_remote: false,
         extended_identifiers: true,
         lss: true,
         tpdo_in_pre_operational: false,

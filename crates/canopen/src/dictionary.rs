@@ -181,7 +181,11 @@ const fn check(row: &Row) {
                     "a default lies outside its type"
                 );
                 if let Some(minimum) = row.minimum {
-                    assert!(value >= minimum, "a default lies below its minimum");
+                    let unset = row.is_unset && value == 0;
+                    assert!(
+                        unset || value >= minimum,
+                        "a default lies below its minimum"
+                    );
                 }
                 if let Some(maximum) = row.maximum {
                     assert!(value <= maximum, "a default lies above its maximum");

@@ -71,6 +71,9 @@ pub enum Access {
     ReadWrite,
     /// Write only.
     WriteOnly,
+    /// Not from outside: an SDO finds no such object, and no data sheet lists it. The drive keeps in it
+    /// what its document gives no object for.
+    Internal,
 }
 
 /// Which "save" command stores an object (CiA 301 7.5.2.13, sub-index 2 and 3).
@@ -146,6 +149,8 @@ pub struct Row {
     pub minimum: Option<i64>,
     /// Greatest value that a write may have.
     pub maximum: Option<i64>,
+    /// The default 0 lies outside the range: it says that nothing was written yet.
+    pub is_unset: bool,
     /// Unit, empty if none.
     pub unit: &'static str,
     /// Which save command stores it.
@@ -171,6 +176,7 @@ const fn row(index: u16, sub: u8, name: &'static str, data_type: DataType) -> Ro
         default: Default::Value(0),
         minimum: None,
         maximum: None,
+        is_unset: false,
         unit: "",
         group: Group::None,
         class: 0,
@@ -287,6 +293,14 @@ impl Row {
         }
     }
 
+    /// Not to be seen from outside.
+    pub const fn internal(self) -> Row {
+        Row {
+            access: Access::Internal,
+            ..self
+        }
+    }
+
     /// May be mapped into a receive PDO.
     pub const fn rpdo(self) -> Row {
         Row {
@@ -343,6 +357,14 @@ impl Row {
         }
     }
 
+    /// The default 0, outside the range, says that nothing was written yet.
+    pub const fn unset(self) -> Row {
+        Row {
+            is_unset: true,
+            ..self
+        }
+    }
+
     /// Unit.
     pub const fn unit(self, unit: &'static str) -> Row {
         Row { unit, ..self }
@@ -370,7 +392,7 @@ impl Row {
 
     /// Whether an SDO may read it.
     pub const fn readable(&self) -> bool {
-        !matches!(self.access, Access::WriteOnly)
+        !matches!(self.access, Access::WriteOnly | Access::Internal)
     }
 
     /// Whether an SDO may write it.

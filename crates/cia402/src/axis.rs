@@ -358,6 +358,7 @@ impl Axis {
             actual,
             present: self.present(configuration, actual),
             mode: self.mode,
+            at_once: self.dialect.set_points_at_once,
         }
     }
 

@@ -33,6 +33,16 @@ pub enum Demand {
         /// Length of the segment.
         duration_ns: u32,
     },
+    /// The phases are shorted: no voltage, and a motor that turns brakes itself. No mode of the axis
+    /// demands it, but a drive's own behaviour may.
+    Shorted,
+    /// A voltage vector that turns by itself, for measuring; no controller. From own behaviour, too.
+    TurningVoltage {
+        /// Electrical turns per second.
+        turns_per_s: f32,
+        /// Its length, 1/32,768 of the longest vector that the supply allows.
+        voltage: i16,
+    },
     /// A voltage vector in an electrical frame from outside; no controller.
     PhaseVoltage {
         /// Electrical angle of the frame's d axis from phase A, 1/65,536 turn.
@@ -40,6 +50,11 @@ pub enum Demand {
         /// Voltage of the d axis, 1/32,768 of the longest vector that the supply allows.
         voltage_d: i16,
         /// Voltage of the q axis, in the same unit.
+        voltage_q: i16,
+    },
+    /// A voltage a quarter of a turn before the rotor, where it makes torque; no controller.
+    RotorVoltage {
+        /// 1/32,768 of the longest vector that the supply allows.
         voltage_q: i16,
     },
     /// Velocity control.
@@ -92,7 +107,12 @@ impl Demand {
         // At its very end a segment still has its slope; only a late successor finds it at rest.
         let running = |duration: u32| elapsed_ns <= duration;
         match *self {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Point::default(),
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
+            | Demand::PhaseVoltage { .. } => Point::default(),
             Demand::Torque {
                 start_pm,
                 slope_pm_per_s,
@@ -149,7 +169,12 @@ impl Demand {
     /// Whether the values change with time.
     pub(crate) fn moves(&self) -> bool {
         match *self {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => false,
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
+            | Demand::PhaseVoltage { .. } => false,
             Demand::Torque { duration_ns, .. }
             | Demand::TorqueWithAngle { duration_ns, .. }
             | Demand::Velocity { duration_ns, .. }

@@ -21,6 +21,12 @@ pub struct Dialect {
     /// Controlword bit 8, halt, stops the axis in the modes 1, 2, 3, 4, 6 and 7, as 0x605D says. If not,
     /// the bit has no meaning (P3 l.149).
     pub halt_bit: bool,
+    /// A target position that is written in mode 1 counts at once, as in mode 8: controlword bits 4 to
+    /// 6 and 9 have no meaning, and statusword bit 12 stays 0 (MD80). In the standard it waits for
+    /// bit 4.
+    pub set_points_at_once: bool,
+    /// Makers' own modes in which the axis rests, like mode 0.
+    pub resting_modes: ModeSet,
     /// Statusword bit 9 exists and is 1 (P3 has none, l.150).
     pub remote_bit: bool,
     /// The modes offered; those that the axis does not implement are left out.
@@ -35,13 +41,15 @@ impl Dialect {
         mode_display_cleared_on_enable: false,
         ramps_on_stop: true,
         halt_bit: true,
+        set_points_at_once: false,
+        resting_modes: ModeSet::EMPTY,
         remote_bit: true,
         modes: ModeSet::IMPLEMENTED,
     };
 
     /// The modes that are offered and work.
     pub const fn modes(&self) -> ModeSet {
-        self.modes.and(ModeSet::IMPLEMENTED)
+        self.modes.and(ModeSet::IMPLEMENTED.or(self.resting_modes))
     }
 
     /// The true value of 0x6502.

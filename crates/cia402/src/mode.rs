@@ -108,6 +108,11 @@ impl ModeSet {
         ModeSet(self.0 & other.0)
     }
 
+    /// The modes in one set or the other.
+    pub const fn or(self, other: ModeSet) -> ModeSet {
+        ModeSet(self.0 | other.0)
+    }
+
     /// The value of 0x6502: bit n − 1 for the standard mode n. Idle and the makers' own modes have
     /// no bit there.
     pub const fn supported_drive_modes(self) -> u32 {

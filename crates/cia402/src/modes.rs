@@ -38,6 +38,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) present: Present,
     /// The mode in force.
     pub(crate) mode: Mode,
+    /// [`crate::Dialect::set_points_at_once`].
+    pub(crate) at_once: bool,
 }
 
 /// Which limits hold a demand back.

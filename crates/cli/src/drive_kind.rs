@@ -2,6 +2,8 @@
 
 use personalities::Personality;
 
+use crate::Failure;
+
 /// Finds a personality by its name.
 ///
 /// # Errors
@@ -9,6 +11,37 @@ use personalities::Personality;
 pub(crate) fn parse(name: &str) -> Result<&'static Personality, String> {
     personalities::by_name(name)
         .ok_or_else(|| format!("there is no such drive; there are: {}", names()))
+}
+
+/// A drive that there is with several numbers of motor channels, with so many.
+///
+/// # Errors
+/// It does not have so many. The numbers that there are.
+pub(crate) fn with_channels(
+    drive: &'static Personality,
+    channels: Option<u8>,
+) -> Result<&'static Personality, Failure> {
+    let Some(channels) = channels.map(usize::from) else {
+        return Ok(drive);
+    };
+    // The one with more than one channel has their number behind its name.
+    let of = |number: usize| {
+        let name = format!("{}-{number}", drive.name);
+        let is_it = |other: &&&Personality| match other.axes.len() == number {
+            true => other.name == drive.name || other.name == name,
+            false => false,
+        };
+        personalities::ALL.iter().find(is_it).copied()
+    };
+    of(channels).ok_or_else(|| {
+        let numbers = (1..=9).filter(|number| of(*number).is_some());
+        let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
+        Failure::input(format!(
+            "{} does not come with {channels} channels; it comes with {}",
+            drive.name,
+            numbers.join(", ")
+        ))
+    })
 }
 
 /// The names of all personalities.

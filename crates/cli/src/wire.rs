@@ -70,6 +70,8 @@ pub(crate) fn tell_reports(connection: &mut Connection) -> Vec<Report> {
 pub(crate) struct WireLink {
     connection: Connection,
     began: RealTime,
+    /// The door's stamp of the frame that was received last.
+    stamp_ns: Option<u64>,
 }
 
 impl WireLink {
@@ -77,6 +79,7 @@ impl WireLink {
         WireLink {
             connection,
             began: RealTime::now(),
+            stamp_ns: None,
         }
     }
 
@@ -98,6 +101,10 @@ impl Link for WireLink {
     fn now(&self) -> Instant {
         let ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Instant(ns)
+    }
+
+    fn stamp_ns(&self) -> Option<u64> {
+        self.stamp_ns
     }
 
     async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {
@@ -126,7 +133,10 @@ impl Link for WireLink {
         };
         tell_reports(&mut self.connection);
         match received {
-            Some(Ok(received)) => Ok(Some((self.now(), received.frame))),
+            Some(Ok(received)) => {
+                self.stamp_ns = received.stamp_ns;
+                Ok(Some((self.now(), received.frame)))
+            }
             Some(Err(error)) => Err(self.lost(&error)),
             None => Ok(None),
         }

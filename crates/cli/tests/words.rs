@@ -79,6 +79,35 @@ fn bad_input_is_named_and_ends_with_2() {
             "sim --nodes one",
             "'one' is no node ID; write 5, 1-3 or 1,4",
         ),
+        (
+            "sim --node 1",
+            "it does not say which drive that is; write 1=p3",
+        ),
+        (
+            "sim --node 0=p3",
+            "there is no node 0; node IDs are 1 to 127",
+        ),
+        ("sim --node 128=p3", "there is no node 128"),
+        (
+            "sim --node 1=p4",
+            "no drive is called 'p4'; there are: p3, p3-extended, ",
+        ),
+        (
+            "sim --node 1-3=p3 --node 2=p3-jpl",
+            "--node names node 2 twice; name every node once",
+        ),
+        (
+            "sim --node 1=p3 --nodes 2",
+            "--node and --nodes both say what the drives are; leave --nodes out",
+        ),
+        (
+            "sim --node 1=p3 --drive p3-jpl",
+            "--node and --drive both say what the drives are; leave --drive out",
+        ),
+        (
+            "sim --node 1=p3 --bit-rate 125k",
+            "p3 has 1 Mbit/s only; for --bit-rate 125k use --node 1=p3-extended",
+        ),
         ("sim --drive p4", "there is no such drive; there are: p3"),
         (
             "sim --bus can0",

@@ -138,6 +138,11 @@ impl<L: Link> Client<L> {
         }
     }
 
+    /// When the frame that the link gave last was on the bus; see [`Link::stamp_ns`].
+    pub(crate) fn stamp_ns(&self) -> Option<u64> {
+        self.link.stamp_ns()
+    }
+
     /// Frames that were dropped because nobody fetched them.
     pub fn lost(&self) -> u64 {
         self.lost

@@ -28,11 +28,22 @@ pub trait Link {
         &mut self,
         until: Instant,
     ) -> impl Future<Output = Result<Option<(Instant, Frame)>, LinkError>>;
+
+    /// When the frame that [`Link::receive`] gave last was on the bus, in nanoseconds on the clock of
+    /// whoever heard it there: an interface, or a simulation, whose clock may go slower than ours. Any
+    /// origin. `None` if nobody says (slcan), or if it is the time that `receive` gave.
+    fn stamp_ns(&self) -> Option<u64> {
+        None
+    }
 }
 
 impl<L: Link> Link for &mut L {
     fn now(&self) -> Instant {
         L::now(self)
+    }
+
+    fn stamp_ns(&self) -> Option<u64> {
+        L::stamp_ns(self)
     }
 
     fn send(&mut self, frame: Frame) -> impl Future<Output = Result<(), LinkError>> {
@@ -112,6 +123,10 @@ impl<L: Link, F: FnMut(Seen)> Observed<L, F> {
 impl<L: Link, F: FnMut(Seen)> Link for Observed<L, F> {
     fn now(&self) -> Instant {
         self.link.now()
+    }
+
+    fn stamp_ns(&self) -> Option<u64> {
+        self.link.stamp_ns()
     }
 
     async fn send(&mut self, frame: Frame) -> Result<(), LinkError> {

@@ -315,6 +315,11 @@ impl<R: Real> Cascade<R> {
             c.reach,
             enabled,
         );
+        let shorted = self.command.shorted;
+        let duty = Duty {
+            phase: duty.phase.map(|phase| R::select(shorted, zero, phase)),
+            ..duty
+        };
 
         // What is left behind.
         self.voltage_limited = limited;
@@ -326,6 +331,8 @@ impl<R: Real> Cascade<R> {
         self.voltage_v = voltage;
         self.angle = angle;
         self.encoder_valid = sample.encoder_valid;
+        let frame = &mut self.command.frame;
+        frame.angle = R::count_add(frame.angle, frame.turn);
         self.smooth(sample);
         self.segment.advance(self.constants.period_s);
         duty

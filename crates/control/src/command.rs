@@ -42,6 +42,9 @@ pub struct Command<R: Real> {
     pub velocity_limit: R,
     /// Where the electrical frame comes from.
     pub frame: FrameSource<R>,
+    /// All low sides are closed: the phases are shorted, and brake a motor that turns. For a frame
+    /// whose voltage is given.
+    pub shorted: R::Mask,
 }
 
 /// The limits of a [`Command`], to change them while its segment goes on.
@@ -61,6 +64,8 @@ pub struct FrameSource<R: Real> {
     pub angle_given: R::Mask,
     /// Electrical angle of the d axis from phase A; 2³² are one turn.
     pub angle: R::Count,
+    /// What is added to `angle` after each control period: a frame that turns by itself.
+    pub turn: R::Count,
     /// `voltage_d_v` and `voltage_q_v` are applied and no loop is closed (P3 mode 12). The vector
     /// gives way only where its current exceeds the limit: the command's, the amplifier's or I²t's.
     pub voltage_given: R::Mask,
@@ -76,6 +81,7 @@ impl<R: Real> FrameSource<R> {
         Self {
             angle_given: R::Mask::splat(false),
             angle: R::count(0),
+            turn: R::count(0),
             voltage_given: R::Mask::splat(false),
             voltage_d_v: R::splat(0.0),
             voltage_q_v: R::splat(0.0),
@@ -104,6 +110,7 @@ impl<R: Real> Command<R> {
             current_limit: R::splat(f32::MAX),
             velocity_limit: R::splat(f32::MAX),
             frame: FrameSource::rotor(),
+            shorted: off,
         }
     }
 }

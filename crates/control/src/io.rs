@@ -36,6 +36,9 @@ pub struct Signals {
     pub magnet: Magnet,
     /// Safe torque off is asked for.
     pub torque_off: bool,
+    /// Angle of a second encoder, on the output of a gear, turns from 0 to 1; `None` if there is none
+    /// or it does not answer.
+    pub output_encoder: Option<f32>,
 }
 
 impl Signals {
@@ -46,6 +49,7 @@ impl Signals {
         auxiliary_adc: [0.0; 2],
         magnet: Magnet::Good,
         torque_off: false,
+        output_encoder: None,
     };
 }
 

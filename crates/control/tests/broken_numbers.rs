@@ -131,10 +131,12 @@ impl Dice {
             frame: FrameSource {
                 angle_given: self.chance(8),
                 angle: self.odd_count(1 << 30),
+                turn: 0,
                 voltage_given: self.chance(8),
                 voltage_d_v: self.odd(2.0),
                 voltage_q_v: self.odd(2.0),
             },
+            shorted: self.chance(8),
         }
     }
 

@@ -159,6 +159,7 @@ fn a_given_voltage_and_angle_hold_the_rotor_there() {
             frame: FrameSource {
                 angle_given: true,
                 angle,
+                turn: 0,
                 voltage_given: true,
                 voltage_d_v: 0.358 * 6.55,
                 voltage_q_v: 0.0,

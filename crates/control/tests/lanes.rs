@@ -110,10 +110,12 @@ fn command(of: &[Command<f32>; N]) -> Command<Lanes> {
         frame: FrameSource {
             angle_given: Masks(of.map(|c| c.frame.angle_given)),
             angle: of.map(|c| c.frame.angle),
+            turn: of.map(|c| c.frame.turn),
             voltage_given: Masks(of.map(|c| c.frame.voltage_given)),
             voltage_d_v: lanes(of, |c| c.frame.voltage_d_v),
             voltage_q_v: lanes(of, |c| c.frame.voltage_q_v),
         },
+        shorted: Masks(of.map(|c| c.shorted)),
     }
 }
 
@@ -164,10 +166,12 @@ fn every_lane_has_the_bits_of_its_own_drive() {
                 frame: FrameSource {
                     angle_given: true,
                     angle: at.wrapping_mul(99_999),
+                    turn: 1 << 27,
                     voltage_given: ms % 50 < 25,
                     voltage_d_v: 2.0,
                     voltage_q_v: 0.1,
                 },
+                shorted: ms % 70 < 20,
                 current: 0.2,
                 ..base
             },

@@ -37,6 +37,9 @@ pub(crate) struct Application<O, B: Body> {
     pub(crate) own: O,
 }
 
+/// An application, and the parameters of each axis's loops.
+type MadeApplication<O, B> = (Application<O, B>, <B as Body>::List<Parameters<f32>>);
+
 impl<O: OwnBehaviour, B: Body> Application<O, B> {
     /// Reads everything from the image. Beside it: the parameters of each axis's loops.
     ///
@@ -47,7 +50,7 @@ impl<O: OwnBehaviour, B: Body> Application<O, B> {
         personality: &'static Personality,
         hardware: Hardware,
         image: &Image<'_>,
-    ) -> Result<(Application<O, B>, B::List<Parameters<f32>>), ParameterError> {
+    ) -> Result<MadeApplication<O, B>, ParameterError> {
         let count = personality.axes.len();
         let axes = List::build(count, |number| {
             AxisPart::new(personality, number, &hardware, image)

@@ -12,8 +12,8 @@ use personalities::own::OwnBehaviour;
 use personalities::{AxisPersonality, Personality, class};
 
 use crate::captures::{CaptureOrder, News, homing_inputs, homing_trigger};
-use crate::command::{command, limits};
-use crate::configuration::{limit, read_configuration, read_targets};
+use crate::command::{by_position, command, limits};
+use crate::configuration::{max_motor_velocity, read_configuration, read_targets};
 use crate::faults::{AxisFaults, Happened, Observation};
 use crate::gains::Direct;
 use crate::inputs::{self, Asked, Word, analog_target};
@@ -108,7 +108,7 @@ impl AxisPart {
             torque_lost: false,
             torque_limit_pm: 0.0,
         };
-        part.configure(image);
+        part.configure(&(), image);
         part.axis.initialised();
         Ok(part)
     }
@@ -146,10 +146,27 @@ impl AxisPart {
         let has = |class: u8| changed.has(class + classes);
         if has(class::CONTROL) {
             self.configure_loops(common, image);
-            self.configure(image);
+            self.configure(common.own, image);
         } else if has(class::CONFIGURATION) {
-            self.configure(image);
+            self.configure(common.own, image);
         }
+        self.take_targets(common, image, |class| changed.has(class + classes));
+        if changed.has(class::TOUCH_PROBE + classes)
+            && let Some(inputs) = &self.its.inputs
+        {
+            let function = image.raw(inputs.probes.function) as u16;
+            self.new_captures.add(self.probes.write(function));
+        }
+        self.take_demand();
+    }
+
+    /// Hands over the targets of the classes that were written.
+    fn take_targets<O: OwnBehaviour>(
+        &mut self,
+        common: &Common<'_, O>,
+        image: &Image<'_>,
+        has: impl Fn(u8) -> bool,
+    ) {
         let targets = [
             // Before the torque, which is meant at this angle.
             (class::TARGET_ANGLE, Target::Angle),
@@ -160,25 +177,19 @@ impl AxisPart {
             (class::TARGET_TORQUE, Target::Torque),
         ];
         for (class, target) in targets {
-            if changed.has(class + classes) {
-                let targets = self.targets(image);
+            if has(class) {
+                let targets = self.targets(common.own, image);
                 let actual = self.actual(common.own);
                 self.axis
                     .set_point(target, &self.configuration, &targets, &actual);
             }
         }
-        if changed.has(class::TOUCH_PROBE + classes)
-            && let Some(inputs) = &self.its.inputs
-        {
-            let function = image.raw(inputs.probes.function) as u16;
-            self.new_captures.add(self.probes.write(function));
-        }
-        self.take_demand();
     }
 
     /// What the master wants, or an analog input in its stead.
-    fn targets(&self, image: &Image<'_>) -> Targets {
-        let targets = read_targets(image, &self.its.objects);
+    fn targets<O: OwnBehaviour>(&self, own: &O, image: &Image<'_>) -> Targets {
+        let mut targets = read_targets(image, &self.its.objects);
+        own.targets(self.number, image, &mut targets);
         match &self.its.inputs {
             Some(inputs) => analog_target(
                 image,
@@ -219,7 +230,7 @@ impl AxisPart {
     ) {
         self.faults.sync(now);
         if self.axis.mode() == Mode::INTERPOLATED_POSITION {
-            let targets = self.targets(image);
+            let targets = self.targets(common.own, image);
             let actual = self.actual(common.own);
             self.axis.sync(&self.configuration, &targets, &actual);
             self.take_demand();
@@ -234,7 +245,7 @@ impl AxisPart {
         now: Instant,
         happened: &Happened,
     ) {
-        let targets = self.targets(image);
+        let targets = self.targets(common.own, image);
         let actual = self.actual(common.own);
         self.axis.tick(&self.configuration, &targets, &actual);
         // Homing may have renamed all positions.
@@ -270,7 +281,7 @@ impl AxisPart {
             ignores_switches: matches!(self.axis.mode(), Mode::IDLE | Mode::HOMING),
             connection_matters: self.is_powered(common.own)
                 && self.configuration.abort_connection_option == 1,
-            own_causes: common.own.causes(),
+            own_causes: common.own.axis_causes(self.number),
         };
         let judgement = self.faults.judge(self.personality, image, &seen, happened);
         if judgement.frees {
@@ -288,34 +299,58 @@ impl AxisPart {
             }
         }
         self.take_demand();
+        let integrates = common.own.integrates_velocity(self.number);
+        self.new_command |=
+            integrates && matches!(self.demand(common.own), Demand::Velocity { .. });
         // It is a part of the supply and moves with it.
-        self.new_command |= matches!(self.demand(common.own), Demand::PhaseVoltage { .. });
+        self.new_command |= matches!(
+            self.demand(common.own),
+            Demand::PhaseVoltage { .. } | Demand::RotorVoltage { .. }
+        );
     }
 
     pub(crate) fn take_command<O: OwnBehaviour>(&mut self, own: &O) -> Option<Command<f32>> {
         core::mem::take(&mut self.new_command).then(|| {
-            command(
+            let command = command(
                 self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
                 self.feedback.bus_voltage_v,
-            )
+            );
+            let command = match own.integrates_velocity(self.number) {
+                true => by_position(command, &self.feedback, &self.loops),
+                false => command,
+            };
+            Command {
+                current_limit: self.own_limit(own).unwrap_or(command.current_limit),
+                ..command
+            }
         })
     }
 
     /// Limits that changed while the demand goes on.
     pub(crate) fn take_limits<O: OwnBehaviour>(&mut self, own: &O) -> Option<Limits<f32>> {
         core::mem::take(&mut self.new_limits).then(|| {
-            limits(
+            let limits = limits(
                 self.demand(own),
                 self.axis.mode(),
                 &self.limited_configuration(),
                 self.max_motor_velocity,
                 &self.loops,
-            )
+            );
+            Limits {
+                current_a: self.own_limit(own).unwrap_or(limits.current_a),
+                ..limits
+            }
         })
+    }
+
+    /// The greatest current of own behaviour's demand.
+    fn own_limit<O: OwnBehaviour>(&self, own: &O) -> Option<f32> {
+        own.demand(self.number)?;
+        own.current_limit_a(self.number)
     }
 
     pub(crate) fn take_parameters<O: OwnBehaviour>(
@@ -365,17 +400,18 @@ impl AxisPart {
         self.parameter_error
     }
 
-    fn configure(&mut self, image: &Image<'_>) {
+    fn configure<O: OwnBehaviour>(&mut self, own: &O, image: &Image<'_>) {
         let objects = &self.its.objects;
-        self.configuration = self.read_configuration(image);
-        self.max_motor_velocity = limit(image, objects.configuration.max_motor_velocity);
+        self.configuration = self.read_configuration(own, image);
+        self.max_motor_velocity = max_motor_velocity(image, objects);
         self.new_limits = true;
         self.new_captures.add(News::INVERTED);
     }
 
-    fn read_configuration(&self, image: &Image<'_>) -> Configuration {
+    fn read_configuration<O: OwnBehaviour>(&self, own: &O, image: &Image<'_>) -> Configuration {
         let mut configuration = read_configuration(image, &self.its.objects);
         configuration.homing.counts_per_turn = self.loops.counts_per_turn;
+        own.configuration(self.number, image, &mut configuration);
         configuration
     }
 

@@ -42,13 +42,12 @@ pub enum Request {
 /// The node ID in stored parameters, of a drive that keeps its own there (the P3's 0x21B0). Damaged
 /// ones have none.
 pub fn stored_node_id(personality: &Personality, stored: &[u8]) -> Option<NodeId> {
-    let (address, _) = personality.node_id?;
+    let object = personality.node_id?;
     let mut records = store::records(stored).ok()?;
-    let record = records.find(|record| record.address == address)?;
-    match *record.bytes {
-        [low, 0] => NodeId::new(low),
-        _ => None,
-    }
+    let record = records.find(|record| record.address == object.address)?;
+    let (low, rest) = record.bytes.split_first()?;
+    let is_byte = rest.iter().all(|byte| *byte == 0);
+    is_byte.then(|| NodeId::new(*low)).flatten()
 }
 
 /// A communication half, the parameters with which each axis's control half begins, and what was wrong with
@@ -174,6 +173,8 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
     /// Takes a frame from the bus. What it means is in force when this returns: the state machine
     /// has moved before the acknowledge can be sent.
     pub fn receive<H: Host>(&mut self, frame: &Frame, now: Instant, host: &mut H) {
+        let id = self.node.id();
+        self.application.own.heard(frame, id);
         if self.application.own.waits() {
             let (id, view) = (self.node.id(), self.application.view(0));
             let own = &mut self.application.own;
@@ -435,6 +436,9 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
         if events.reset.is_some() {
             self.reset = events.reset;
         }
+        if let Some(state) = events.entered {
+            self.application.own.entered(state);
+        }
         if events.news.has(News::ERRORS) {
             self.report_communication();
         }
@@ -465,8 +469,8 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
 
 /// Shows the node ID where the drive has an object for it.
 fn show_id(personality: &Personality, image: &mut Image<'_>, id: NodeId) {
-    if let Some((_, handle)) = personality.node_id {
-        image.set(handle, u16::from(id.get()));
+    if let Some(object) = personality.node_id {
+        image.set_raw(object.field, u32::from(id.get()));
     }
 }
 

@@ -15,6 +15,91 @@ pub(crate) fn value(image: &Image<'_>, figure: impl Into<Figure>) -> f32 {
     }
 }
 
+/// Turns of the output for one of the motor.
+pub(crate) fn gear(image: &Image<'_>, axis: &AxisObjects) -> f32 {
+    let ratio = axis.gear.map_or(1.0, |field| image.real(field));
+    if ratio > 0.0 && ratio.is_finite() {
+        ratio
+    } else {
+        1.0
+    }
+}
+
+/// Objects of motion, which are the output's where there is a gear.
+#[derive(Clone, Copy)]
+struct Motion<'a, 'b> {
+    image: &'a Image<'b>,
+    /// Turns of the motor for one of the output; `None` without a gear.
+    turns: Option<f32>,
+}
+
+impl<'a, 'b> Motion<'a, 'b> {
+    fn of(image: &'a Image<'b>, axis: &AxisObjects) -> Motion<'a, 'b> {
+        Motion {
+            image,
+            turns: axis.gear.map(|_| 1.0 / gear(image, axis)),
+        }
+    }
+
+    /// The motor's rate, counts/s or counts/s².
+    fn value(&self, object: Scaled) -> f32 {
+        value(self.image, object) * self.turns.unwrap_or(1.0)
+    }
+
+    fn limit(&self, object: Option<Scaled>) -> Option<f32> {
+        limit(self.image, object).map(|limit| limit * self.turns.unwrap_or(1.0))
+    }
+
+    /// The motor's counts.
+    fn count(&self, object: Scaled) -> i32 {
+        match self.turns {
+            // In 64 bits: counts above 2²⁴ have no exact `f32`.
+            Some(turns) => {
+                let output = self.image.number(object.field) as f64 * f64::from(object.scale);
+                output_to_motor(output, turns)
+            }
+            None => count(self.image, object),
+        }
+    }
+
+    fn window(&self, objects: Option<WindowObjects>) -> Option<Window> {
+        let objects = objects?;
+        let size = self.value(objects.size) as u32;
+        (size > 0).then(|| Window {
+            size,
+            time_ms: time_ms(self.image, objects),
+        })
+    }
+
+    fn target_window(&self, window: TargetWindow) -> Option<Window> {
+        match window {
+            TargetWindow::Fixed { size, time_ms } => Some(Window { size, time_ms }),
+            TargetWindow::Size(size) => Some(Window {
+                size: self.count(size) as u32,
+                time_ms: 0,
+            }),
+            TargetWindow::Objects(objects) => {
+                let switched_off = self.image.raw(objects.size.field) == u32::MAX;
+                (!switched_off).then(|| Window {
+                    size: self.count(objects.size) as u32,
+                    time_ms: time_ms(self.image, objects),
+                })
+            }
+        }
+    }
+}
+
+/// To the nearest count.
+fn output_to_motor(output: f64, turns: f32) -> i32 {
+    let motor = output * f64::from(turns);
+    // `as` saturates.
+    if motor < 0.0 {
+        (motor - 0.5) as i32
+    } else {
+        (motor + 0.5) as i32
+    }
+}
+
 /// The value of an object in internal units, as a count.
 #[inline]
 fn count(image: &Image<'_>, object: Scaled) -> i32 {
@@ -34,10 +119,10 @@ pub(crate) fn limit(image: &Image<'_>, object: Option<Scaled>) -> Option<f32> {
 }
 
 /// The least of several limits, of which 0 means "none".
-fn least(image: &Image<'_>, objects: [Option<Scaled>; 2]) -> Option<f32> {
+fn least(motion: &Motion<'_, '_>, objects: [Option<Scaled>; 2]) -> Option<f32> {
     let mut least: Option<f32> = None;
     for object in objects {
-        let Some(next) = limit(image, object) else {
+        let Some(next) = motion.limit(object) else {
             continue;
         };
         least = Some(match least {
@@ -48,49 +133,33 @@ fn least(image: &Image<'_>, objects: [Option<Scaled>; 2]) -> Option<f32> {
     least
 }
 
-fn window(image: &Image<'_>, objects: Option<WindowObjects>) -> Option<Window> {
-    let objects = objects?;
-    let size = value(image, objects.size) as u32;
-    (size > 0).then(|| Window {
-        size,
-        time_ms: time_ms(image, objects),
-    })
-}
-
-fn target_window(image: &Image<'_>, window: TargetWindow) -> Option<Window> {
-    match window {
-        TargetWindow::Fixed { size, time_ms } => Some(Window { size, time_ms }),
-        TargetWindow::Objects(objects) => {
-            let switched_off = image.raw(objects.size.field) == u32::MAX;
-            (!switched_off).then(|| Window {
-                size: count(image, objects.size) as u32,
-                time_ms: time_ms(image, objects),
-            })
-        }
-    }
-}
-
 fn time_ms(image: &Image<'_>, objects: WindowObjects) -> u16 {
     image.number(objects.time_ms).clamp(0, i64::from(u16::MAX)) as u16
+}
+
+/// 0x6080 or its like, counts/s of the motor.
+pub(crate) fn max_motor_velocity(image: &Image<'_>, axis: &AxisObjects) -> Option<f32> {
+    Motion::of(image, axis).limit(axis.configuration.max_motor_velocity)
 }
 
 /// Reads the axis's configuration.
 pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Configuration {
     let objects = &axis.configuration;
+    let motion = Motion::of(image, axis);
     let position_limits = objects.position_limits.and_then(|(low, high)| {
-        let limits = (count(image, low), count(image, high));
+        let limits = (motion.count(low), motion.count(high));
         (limits != (0, 0)).then_some(limits)
     });
     Configuration {
-        profile_velocity: value(image, objects.profile_velocity),
-        acceleration: value(image, objects.acceleration),
-        deceleration: value(image, objects.deceleration),
+        profile_velocity: motion.value(objects.profile_velocity),
+        acceleration: motion.value(objects.acceleration),
+        deceleration: motion.value(objects.deceleration),
         quick_stop_deceleration: objects
             .quick_stop_deceleration
-            .map_or(0.0, |object| value(image, object)),
-        max_velocity: least(image, objects.max_velocity),
-        max_acceleration: limit(image, objects.max_acceleration),
-        max_deceleration: limit(image, objects.max_deceleration),
+            .map_or(0.0, |object| motion.value(object)),
+        max_velocity: least(&motion, objects.max_velocity),
+        max_acceleration: motion.limit(objects.max_acceleration),
+        max_deceleration: motion.limit(objects.max_deceleration),
         position_limits,
         max_torque_pm: value(image, objects.max_torque),
         jerk: objects
@@ -111,12 +180,12 @@ pub(crate) fn read_configuration(image: &Image<'_>, axis: &AxisObjects) -> Confi
         halt_option: code(image, objects.halt_option, 1),
         fault_reaction_option: code(image, objects.fault_reaction_option, 0),
         abort_connection_option: code(image, objects.abort_connection_option, 0),
-        following_warning: window(image, objects.following_warning),
-        following_fault: window(image, objects.following_fault),
-        velocity_warning: window(image, objects.velocity_warning),
-        velocity_fault: window(image, objects.velocity_fault),
-        position_window: target_window(image, objects.position_window),
-        velocity_window: target_window(image, objects.velocity_window),
+        following_warning: motion.window(objects.following_warning),
+        following_fault: motion.window(objects.following_fault),
+        velocity_warning: motion.window(objects.velocity_warning),
+        velocity_fault: motion.window(objects.velocity_fault),
+        position_window: motion.target_window(objects.position_window),
+        velocity_window: motion.target_window(objects.velocity_window),
         velocity_window_percent: objects.velocity_window_percent,
         velocity_threshold: objects.velocity_threshold,
         velocity_threshold_time_ms: 0,
@@ -189,20 +258,26 @@ fn interpolation_period_ns(image: &Image<'_>, objects: Option<(Field, Field)>) -
 /// Reads what the master wants.
 pub(crate) fn read_targets(image: &Image<'_>, axis: &AxisObjects) -> Targets {
     let objects = &axis.targets;
-    let offset = |object: Option<Scaled>| object.map_or(0, |object| count(image, object));
+    let motion = Motion::of(image, axis);
+    let offset = |object: Option<Scaled>| object.map_or(0, |object| motion.count(object));
+    // Held within its type: an object may hold more than the motor ever gives.
+    let torque = |object: Option<Scaled>| {
+        let pm = object.map_or(0, |object| count(image, object));
+        pm.clamp(i16::MIN.into(), i16::MAX.into()) as i16
+    };
     let voltage = |object: Option<(Address, Field)>| {
         object.map_or(0, |(_, field)| image.number(field) as i16)
     };
     Targets {
-        position: count(image, objects.position),
-        velocity: count(image, objects.velocity),
+        position: motion.count(objects.position),
+        velocity: motion.count(objects.velocity),
         vl_velocity: objects
             .vl_velocity
             .map_or(0, |field| image.number(field) as i16),
-        torque_pm: count(image, objects.torque) as i16,
+        torque_pm: torque(objects.torque),
         position_offset: offset(objects.position_offset),
         velocity_offset: offset(objects.velocity_offset),
-        torque_offset_pm: offset(objects.torque_offset) as i16,
+        torque_offset_pm: torque(objects.torque_offset),
         angle: objects.angle.map_or(0, |field| image.number(field) as i16),
         voltage_d: voltage(objects.voltage_d),
         voltage_q: voltage(objects.voltage_q),

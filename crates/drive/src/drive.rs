@@ -46,6 +46,9 @@ struct ControlPart {
     signals: Signals,
 }
 
+/// A drive, and what was wrong with its stored parameters.
+pub type MadeDrive<M, O = (), B = OneAxis> = (Drive<M, O, B>, Option<store::Damage>);
+
 impl<M: NodeMemory, O: OwnBehaviour> Drive<M, O> {
     /// A drive with one axis; see [`Comms::new`].
     ///
@@ -77,7 +80,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         serial: u32,
         stored: &[u8],
         health: Health,
-    ) -> Result<(Drive<M, O, B>, Option<store::Damage>), ParameterError> {
+    ) -> Result<MadeDrive<M, O, B>, ParameterError> {
         let made: Made<M, O, B> =
             Comms::build(personality, hardware, memory, id, serial, stored, health)?;
         let (comms, parameters, damage) = made;

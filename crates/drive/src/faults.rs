@@ -335,7 +335,7 @@ impl AxisFaults {
             if there && !active {
                 self.errors.active |= mask;
                 judgement.connection_lost |= is_connection;
-                if row.kind == Kind::Fault || matters {
+                if row.kind != Kind::Warning || matters {
                     self.errors.latched |= mask;
                     judgement.is_fault = true;
                     judgement.frees |= !row.cause.leaves_control();
@@ -347,11 +347,15 @@ impl AxisFaults {
         judgement
     }
 
-    /// A fault reset: every latched fault ends. Those whose cause persists come again with the
-    /// next [`AxisFaults::judge`].
-    pub(crate) fn reset(&mut self) {
-        self.errors.active &= !self.errors.latched;
-        self.errors.latched = 0;
+    /// A fault reset: every latched fault of `table` ends that is not critical. Those whose cause
+    /// persists come again with the next [`AxisFaults::judge`].
+    pub(crate) fn reset(&mut self, table: &[FaultRow]) {
+        let critical = (0u32..64)
+            .zip(table)
+            .filter(|(_, row)| row.kind == Kind::Critical)
+            .fold(0, |bits, (bit, _)| bits | 1 << bit);
+        self.errors.active &= !self.errors.latched | critical;
+        self.errors.latched &= critical;
     }
 
     /// Whether a fault is latched.

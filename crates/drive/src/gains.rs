@@ -6,9 +6,9 @@
 use canopen::{Address, Image};
 use control::Real;
 use control::tuning::{self, Pd, Pi, TuningError};
-use personalities::{Figure, GainObjects, LoopObjects};
+use personalities::{Figure, GainObjects, LoopObjects, MotionLoop, PidObjects, Scaled};
 
-use crate::configuration::value;
+use crate::configuration::{limit, value};
 
 /// Which controllers' gains are given directly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,14 +23,19 @@ pub(crate) struct Pid {
     pub(crate) pi: Pi,
     /// Output per input's rate.
     pub(crate) kd: f32,
+    /// Bound of the integral part, where the objects say one.
+    pub(crate) integral_limit: Option<f32>,
 }
 
 /// What velocity gains follow from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Figures {
+    /// 0 where the drive does not know it.
     pub(crate) inertia_kg_m2: f32,
     pub(crate) torque_constant_nm_per_a: f32,
     pub(crate) counts_per_turn: f32,
+    /// Turns of the output for one of the motor.
+    pub(crate) gear: f32,
 }
 
 /// What a write to one of a controller's objects does.
@@ -49,6 +54,14 @@ pub(crate) enum GainWrite {
 /// Objects of a controller, one after the other: bandwidth, damping, three gains.
 const RUN: u8 = 5;
 
+/// The objects of a controller that follows from a bandwidth, or may.
+fn tuned(objects: &MotionLoop) -> Option<&LoopObjects> {
+    match objects {
+        MotionLoop::Tuned(objects) => Some(objects),
+        MotionLoop::Gains(_) => None,
+    }
+}
+
 fn place(objects: &LoopObjects, object: Address) -> Option<u8> {
     let direct = objects.direct.as_ref()?;
     let step = object.sub.wrapping_sub(direct.first.sub);
@@ -60,6 +73,7 @@ pub(crate) fn stored_together(gains: &GainObjects, object: Address) -> Option<(A
     let objects = [&gains.position, &gains.velocity];
     let one = objects
         .into_iter()
+        .filter_map(tuned)
         .find(|one| place(one, object).is_some())?;
     one.direct.as_ref().map(|direct| (direct.first, RUN))
 }
@@ -67,8 +81,8 @@ pub(crate) fn stored_together(gains: &GainObjects, object: Address) -> Option<(A
 impl Direct {
     /// As stored: gains that are given have a proportional part, those by the rule are stored as 0.
     pub(crate) fn of_stored(image: &Image<'_>, gains: &GainObjects) -> Direct {
-        let given = |objects: &LoopObjects| {
-            let direct = objects.direct.as_ref();
+        let given = |objects: &MotionLoop| {
+            let direct = tuned(objects).and_then(|objects| objects.direct.as_ref());
             direct.is_some_and(|direct| image.number(direct.proportional.field) != 0)
         };
         Direct {
@@ -83,7 +97,8 @@ impl Direct {
             (&gains.position, self.position),
             (&gains.velocity, self.velocity),
         ] {
-            if let (Some(direct), false) = (&objects.direct, given) {
+            let direct = tuned(objects).and_then(|objects| objects.direct.as_ref());
+            if let (Some(direct), false) = (direct, given) {
                 for gain in [direct.proportional, direct.integral, direct.derivative] {
                     image.set_number(gain.field, 0);
                 }
@@ -103,6 +118,9 @@ impl Direct {
             (&gains.position, &mut self.position),
             (&gains.velocity, &mut self.velocity),
         ] {
+            let Some(objects) = tuned(objects) else {
+                continue;
+            };
             let Some(step) = place(objects, object) else {
                 continue;
             };
@@ -123,28 +141,57 @@ impl Direct {
         None
     }
 
-    /// The position controller, 1/s, 1/s² and a number. By the rule it has no integral part.
+    /// The position controller, 1/s, 1/s² and a number; its integral part in counts/s. By the rule it
+    /// has no integral part.
     pub(crate) fn position(
         self,
         image: &Image<'_>,
-        objects: &LoopObjects,
+        objects: &MotionLoop,
+        figures: &Figures,
     ) -> Result<Pid, TuningError> {
+        match objects {
+            MotionLoop::Gains(objects) => {
+                let rad_per_count = figures.rad_per_count();
+                Ok(pid(image, objects, 1.0, 1.0 / rad_per_count))
+            }
+            MotionLoop::Tuned(objects) => self.tuned_position(image, objects),
+        }
+    }
+
+    fn tuned_position(self, image: &Image<'_>, objects: &LoopObjects) -> Result<Pid, TuningError> {
         match given(image, objects) {
             Some(pid) if self.position => Ok(pid),
             _ => {
-                let (bandwidth, damping) = (
-                    value(image, objects.bandwidth),
-                    value(image, objects.damping),
-                );
+                let bandwidth = value(image, objects.bandwidth);
+                let damping = objects.damping.map_or(1.0, |damping| value(image, damping));
                 let Pd { kp, kd } = tuning::position(bandwidth, damping)?;
-                let pi = Pi { kp, ki: 0.0 };
-                Ok(Pid { pi, kd })
+                Ok(Pid {
+                    pi: Pi { kp, ki: 0.0 },
+                    kd,
+                    integral_limit: None,
+                })
             }
         }
     }
 
-    /// The velocity controller, A per count/s, A per count, A per count/s².
+    /// The velocity controller, A per count/s, A per count, A per count/s²; its integral part in A.
     pub(crate) fn velocity(
+        self,
+        image: &Image<'_>,
+        objects: &MotionLoop,
+        figures: &Figures,
+    ) -> Result<Pid, TuningError> {
+        match objects {
+            MotionLoop::Gains(objects) => {
+                let per_nm = figures.gear / figures.torque_constant_nm_per_a;
+                let rad_per_count = figures.rad_per_count();
+                Ok(pid(image, objects, rad_per_count * per_nm, per_nm))
+            }
+            MotionLoop::Tuned(objects) => self.tuned_velocity(image, objects, figures),
+        }
+    }
+
+    fn tuned_velocity(
         self,
         image: &Image<'_>,
         objects: &LoopObjects,
@@ -152,22 +199,27 @@ impl Direct {
     ) -> Result<Pid, TuningError> {
         let turns = 1.0 / figures.counts_per_turn;
         match given(image, objects) {
-            Some(Pid { pi, kd }) if self.velocity => Ok(Pid {
+            Some(Pid { pi, kd, .. }) if self.velocity => Ok(Pid {
                 pi: Pi {
                     kp: pi.kp * turns,
                     ki: pi.ki * turns,
                 },
                 kd: kd * turns,
+                integral_limit: None,
             }),
             _ => {
                 let pi = tuning::velocity(
                     value(image, objects.bandwidth),
-                    value(image, objects.damping),
+                    objects.damping.map_or(1.0, |damping| value(image, damping)),
                     figures.inertia_kg_m2,
                     figures.torque_constant_nm_per_a,
                     figures.counts_per_turn,
                 )?;
-                Ok(Pid { pi, kd: 0.0 })
+                Ok(Pid {
+                    pi,
+                    kd: 0.0,
+                    integral_limit: None,
+                })
             }
         }
     }
@@ -177,34 +229,60 @@ impl Direct {
         let none = Pid {
             pi: Pi { kp: 0.0, ki: 0.0 },
             kd: 0.0,
+            integral_limit: None,
         };
-        let position = self.position(image, &gains.position).unwrap_or(none);
-        // The velocity loop is taken for ideal: position follows velocity demand.
-        let stiffness = Some(1.0 + position.kd);
-        show_loop(
-            image,
-            &gains.position,
-            self.position,
-            &position,
-            stiffness,
-            1.0,
-            1.0,
-        );
-        let velocity = self.velocity(image, &gains.velocity, figures);
-        let inertia = tuning::acceleration_current(
-            figures.inertia_kg_m2,
-            figures.torque_constant_nm_per_a,
-            figures.counts_per_turn,
-        );
-        show_loop(
-            image,
-            &gains.velocity,
-            self.velocity,
-            &velocity.unwrap_or(none),
-            None,
-            inertia.unwrap_or(0.0),
-            figures.counts_per_turn,
-        );
+        if let Some(objects) = tuned(&gains.position) {
+            let position = self.tuned_position(image, objects).unwrap_or(none);
+            // The velocity loop is taken for ideal: position follows velocity demand.
+            let stiffness = Some(1.0 + position.kd);
+            show_loop(
+                image,
+                objects,
+                self.position,
+                &position,
+                stiffness,
+                1.0,
+                1.0,
+            );
+        }
+        if let Some(objects) = tuned(&gains.velocity) {
+            let velocity = self.tuned_velocity(image, objects, figures);
+            let inertia = tuning::acceleration_current(
+                figures.inertia_kg_m2,
+                figures.torque_constant_nm_per_a,
+                figures.counts_per_turn,
+            );
+            show_loop(
+                image,
+                objects,
+                self.velocity,
+                &velocity.unwrap_or(none),
+                None,
+                inertia.unwrap_or(0.0),
+                figures.counts_per_turn,
+            );
+        }
+    }
+}
+
+impl Figures {
+    /// By what the output turns while the motor does by a count.
+    fn rad_per_count(&self) -> f32 {
+        core::f32::consts::TAU / self.counts_per_turn * self.gear
+    }
+}
+
+/// Gains at the output, `per_gain` and for the integral's bound `per_limit` times as great at the
+/// motor.
+fn pid(image: &Image<'_>, objects: &PidObjects, per_gain: f32, per_limit: f32) -> Pid {
+    let gain = |object: Scaled| limit(image, Some(object)).unwrap_or(0.0) * per_gain;
+    Pid {
+        pi: Pi {
+            kp: gain(objects.proportional),
+            ki: gain(objects.integral),
+        },
+        kd: gain(objects.derivative),
+        integral_limit: Some(limit(image, Some(objects.integral_limit)).unwrap_or(0.0) * per_limit),
     }
 }
 
@@ -217,6 +295,7 @@ fn given(image: &Image<'_>, objects: &LoopObjects) -> Option<Pid> {
             ki: value(image, direct.integral),
         },
         kd: value(image, direct.derivative),
+        integral_limit: None,
     })
 }
 
@@ -237,8 +316,8 @@ fn show_loop(
     if is_given {
         let (bandwidth_hz, damping) = equivalent(pid, inertia);
         put(image, objects.bandwidth, bandwidth_hz);
-        if let Some(damping) = damping.or(first_order) {
-            put(image, objects.damping, damping);
+        if let (Some(object), Some(damping)) = (objects.damping, damping.or(first_order)) {
+            put(image, object, damping);
         }
     } else {
         put(image, direct.proportional.into(), pid.pi.kp * per_object);
@@ -253,6 +332,7 @@ fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
     let Pid {
         pi: Pi { kp, ki },
         kd,
+        ..
     } = *pid;
     let total = inertia + kd;
     if ki > 0.0 && total > 0.0 {

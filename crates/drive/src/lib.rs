@@ -45,7 +45,7 @@ pub use axis_part::AxisPart;
 pub use body::{Body, List, OneAxis};
 pub use captures::CaptureOrder;
 pub use comms::{Comms, Made, Request, stored_node_id};
-pub use drive::{Drive, Hardware};
+pub use drive::{Drive, Hardware, MadeDrive};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};
 pub use parameters::ParameterError;

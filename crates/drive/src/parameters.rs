@@ -5,10 +5,10 @@ use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
 use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage, Real as _};
-use personalities::{AxisPersonality, LoopObjects};
+use personalities::{AxisPersonality, Figure, LoopObjects, MotorObjects};
 
 use crate::Hardware;
-use crate::configuration::{limit, value};
+use crate::configuration::{gear, limit, max_motor_velocity, value};
 use crate::gains::{Direct, Figures};
 use crate::timing::{PwmTiming, read_timing};
 
@@ -74,15 +74,31 @@ pub(crate) struct LoopParameters {
     pub(crate) continuous_a: f32,
     /// The encoder's.
     pub(crate) counts_per_turn: u32,
+    /// Greatest current of a demand of the axis, beside its torque, A; 0 for a motor that was not set up.
+    pub(crate) greatest_a: f32,
 }
 
 /// What velocity gains follow from, as the objects have it.
 pub(crate) fn figures(image: &Image<'_>, axis: &AxisPersonality) -> Figures {
     let motor = &axis.motor;
     Figures {
-        inertia_kg_m2: value(image, motor.rotor_inertia),
-        torque_constant_nm_per_a: value(image, motor.torque_constant),
+        inertia_kg_m2: motor
+            .rotor_inertia
+            .map_or(0.0, |figure| value(image, figure)),
+        torque_constant_nm_per_a: set(image, motor, motor.torque_constant),
         counts_per_turn: value(image, motor.encoder_resolution),
+        gear: gear(image, &axis.objects),
+    }
+}
+
+/// A figure, and for one that was not set yet anything from which controllers can be made: they get
+/// no current.
+fn set(image: &Image<'_>, motor: &MotorObjects, figure: Figure) -> f32 {
+    let read = value(image, figure);
+    if motor.may_be_unset && !(read > 0.0 && read.is_finite()) {
+        1.0
+    } else {
+        read
     }
 }
 
@@ -101,6 +117,7 @@ pub(crate) fn read_parameters(
     let poles = value(image, motor.poles) as i64;
     let pole_pairs = match poles {
         2..=4096 if poles % 2 == 0 => (poles / 2) as i32,
+        0 if motor.may_be_unset => 1,
         _ => return Err(ParameterError::Poles(poles)),
     };
     let resolution = value(image, motor.encoder_resolution) as i64;
@@ -115,35 +132,40 @@ pub(crate) fn read_parameters(
     };
     let (timing, times) = read_timing(image, amplifier)?;
     // The objects are terminal to terminal, two phases in series.
-    let resistance = 0.5 * value(image, motor.terminal_resistance);
-    let inductance = 0.5 * value(image, motor.terminal_inductance);
-    let inertia = value(image, motor.rotor_inertia);
-    let torque_constant = value(image, motor.torque_constant);
-    let counts = counts_per_turn as f32;
+    let resistance = 0.5 * set(image, motor, motor.terminal_resistance);
+    let inductance = 0.5 * set(image, motor, motor.terminal_inductance);
+    let is_set_up = !motor.may_be_unset
+        || [
+            motor.poles,
+            motor.terminal_resistance,
+            motor.terminal_inductance,
+            motor.torque_constant,
+        ]
+        .into_iter()
+        .all(|object| value(image, object) > 0.0);
 
     let current = |objects: &LoopObjects| {
-        let (bandwidth, damping) = (
-            value(image, objects.bandwidth),
-            value(image, objects.damping),
-        );
-        // The manual speaks of bandwidth and damping; only this rule has a damping.
-        tuning::current(
-            Rule::SecondOrder,
-            bandwidth,
-            damping,
-            resistance,
-            inductance,
-        )
+        let bandwidth = set(image, motor, objects.bandwidth);
+        // A manual that speaks of bandwidth and damping means this rule: no other has a damping.
+        let (rule, damping) = match objects.damping {
+            Some(damping) => (Rule::SecondOrder, value(image, damping)),
+            None => (Rule::PoleZero, 1.0),
+        };
+        tuning::current(rule, bandwidth, damping, resistance, inductance)
     };
     let gains = &amplifier.gains;
     let figures = figures(image, axis);
     let velocity = direct.velocity(image, &gains.velocity, &figures)?;
-    let position = direct.position(image, &gains.position)?;
+    let position = direct.position(image, &gains.position, &figures)?;
 
     let least = |a: f32, b: Option<f32>| match b {
         Some(b) if b < a => b,
         _ => a,
     };
+    let rated = amplifier.max_of_rated_current.map(|(share, rated)| {
+        let part = value(image, share);
+        part * value(image, rated)
+    });
     let amplifier_a = value(image, amplifier.max_current);
     let continuous_a = least(
         value(image, motor.continuous_current),
@@ -164,7 +186,7 @@ pub(crate) fn read_parameters(
         motor: Motor {
             phase_resistance_ohm: resistance,
             phase_inductance_h: inductance,
-            torque_constant_nm_per_a: torque_constant,
+            torque_constant_nm_per_a: figures.torque_constant_nm_per_a,
             pole_pairs,
         },
         encoder: EncoderSettings {
@@ -192,12 +214,13 @@ pub(crate) fn read_parameters(
             emf_feed_forward: 1.0,
             velocity: velocity.pi,
             velocity_derivative: velocity.kd,
-            velocity_integral_limit_a: amplifier_a,
+            velocity_integral_limit_a: velocity.integral_limit.unwrap_or(amplifier_a),
             speed_limit: velocity.pi.kp,
             position: position.pi,
             position_derivative: position.kd,
-            position_integral_limit: limit(image, axis.objects.configuration.max_motor_velocity)
-                .unwrap_or(f32::MAX),
+            position_integral_limit: position
+                .integral_limit
+                .unwrap_or(max_motor_velocity(image, &axis.objects).unwrap_or(f32::MAX)),
         },
         i2t: I2t {
             enabled: peak_a > 0.0 && continuous_a > 0.0,
@@ -207,17 +230,32 @@ pub(crate) fn read_parameters(
             peak_time_s,
         },
     };
-    let amperes_per_pm = rated_torque / torque_constant * 1e-3;
-    let rotor_amperes_per_acceleration =
-        tuning::acceleration_current(inertia, torque_constant, counts)?;
+    // At the output.
+    let torque_per_ampere = figures.torque_constant_nm_per_a / figures.gear;
+    let amperes_per_pm = rated_torque / torque_per_ampere * 1e-3;
+    let rotor_amperes_per_acceleration = match motor.rotor_inertia {
+        Some(_) => tuning::acceleration_current(
+            figures.inertia_kg_m2,
+            figures.torque_constant_nm_per_a,
+            figures.counts_per_turn,
+        )?,
+        None => 0.0,
+    };
     let loops = LoopParameters {
         timing,
         amperes_per_pm,
-        pm_per_ampere: torque_constant / rated_torque * 1e3,
+        pm_per_ampere: match motor.may_be_unset && rated_torque <= 0.0 {
+            true => 0.0,
+            false => torque_per_ampere / rated_torque * 1e3,
+        },
         amperes_per_acceleration: gains.acceleration_feed_forward * rotor_amperes_per_acceleration,
         rotor_amperes_per_acceleration,
         continuous_a,
         counts_per_turn: counts_per_turn.unsigned_abs(),
+        greatest_a: match is_set_up {
+            true => rated.unwrap_or(f32::MAX),
+            false => 0.0,
+        },
     };
     Ok((parameters, loops))
 }

@@ -7,6 +7,8 @@ use control::io::Signals;
 use control::modulation::LINEAR_RANGE;
 use personalities::{AxisObjects, Scaled};
 
+use crate::configuration::gear;
+
 /// Writes what the drive shows into the image.
 pub(crate) fn publish(
     image: &mut Image<'_>,
@@ -22,17 +24,21 @@ pub(crate) fn publish(
     }
     image.set_number(objects.mode_display, i64::from(axis.mode_display()));
     let shown = &objects.feedback;
-    count(image, shown.position, feedback.position);
-    real(image, shown.velocity, feedback.velocity_reported);
+    // Of motion the objects show the output's.
+    let turns = objects.gear.map(|_| gear(image, objects));
+    let rate = |motor: f32| motor * turns.unwrap_or(1.0);
+    position(image, shown.position, feedback.position, turns);
+    real(image, shown.velocity, rate(feedback.velocity_reported));
     optional(image, shown.torque, feedback.current_q_a * pm_per_ampere);
     optional(image, shown.current_a, feedback.current_q_a);
     if let Some(object) = shown.position_demand {
         // To the nearest count: a move may end a rounding error below its target.
         let up = i32::from(feedback.demand_fraction >= 0.5);
-        count(image, object, feedback.demand_position.wrapping_add(up));
+        let demand = feedback.demand_position.wrapping_add(up);
+        position(image, object, demand, turns);
     }
     for object in shown.velocity_demand {
-        optional(image, object, feedback.demand_velocity);
+        optional(image, object, rate(feedback.demand_velocity));
     }
     for object in shown.torque_demand {
         optional(image, object, feedback.demand_current_a * pm_per_ampere);
@@ -48,9 +54,10 @@ pub(crate) fn publish(
     if let Some(field) = shown.interpolation_buffered {
         image.set_number(field, i64::from(axis.buffered()));
     }
-    optional(image, shown.following_error, feedback.following_error);
+    let following_error = rate(feedback.following_error);
+    optional(image, shown.following_error, following_error);
     let velocity_error = feedback.demand_velocity - feedback.velocity_reported;
-    optional(image, shown.velocity_error, velocity_error);
+    optional(image, shown.velocity_error, rate(velocity_error));
     optional(image, shown.bus_voltage_v, feedback.bus_voltage_v);
     optional(image, shown.temperature_c, feedback.temperature_c);
     if let Some(object) = shown.raw_encoder {
@@ -115,6 +122,22 @@ fn real(image: &mut Image<'_>, object: Scaled, value: f32) {
         units + 0.5
     } as i64;
     image.set_number(object.field, rounded);
+}
+
+/// The output's position; 64 bits, because counts above 2²⁴ have no exact `f32`.
+fn position(image: &mut Image<'_>, object: Scaled, motor: i32, turns: Option<f32>) {
+    match turns {
+        Some(turns) => {
+            let output = f64::from(motor) * f64::from(turns) * f64::from(object.per_unit);
+            let rounded = if output < 0.0 {
+                output - 0.5
+            } else {
+                output + 0.5
+            } as i64;
+            image.set_number(object.field, rounded);
+        }
+        None => count(image, object, motor),
+    }
 }
 
 /// Counts wrap as the drive's position does.

@@ -29,6 +29,10 @@ pub(crate) fn data_type(row: &Row) -> DataType {
 /// hexadecimal.
 pub(crate) fn default(row: &Row) -> Option<Value> {
     let data_type = data_type(row);
+    // A default that lies outside its range is no value that anyone could write.
+    if row.is_unset {
+        return None;
+    }
     if matches!(
         row.data_type,
         canopen::DataType::Domain | canopen::DataType::Bytes
@@ -50,6 +54,8 @@ pub(crate) fn default(row: &Row) -> Option<Value> {
 pub(crate) fn access(row: &Row) -> Access {
     match (row.access, row.maps_rpdo, row.maps_tpdo) {
         (canopen::Access::Constant, ..) => Access::Constant,
+        // Not listed ([`canopen::Access::Internal`]).
+        (canopen::Access::Internal, ..) => Access::ReadOnly,
         (canopen::Access::ReadOnly, ..) => Access::ReadOnly,
         (canopen::Access::WriteOnly, ..) => Access::WriteOnly,
         (canopen::Access::ReadWrite, true, false) => Access::ReadWriteOutput,

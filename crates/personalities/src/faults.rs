@@ -9,6 +9,8 @@ pub enum Kind {
     Warning,
     /// Latched; leads to the fault state; ends with a fault reset.
     Fault,
+    /// A fault that only a reset of the drive ends.
+    Critical,
 }
 
 /// In which states an error is looked for.

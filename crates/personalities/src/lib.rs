@@ -16,6 +16,7 @@
 
 pub mod class;
 mod faults;
+pub mod md80;
 mod objects;
 pub mod own;
 pub mod p3;
@@ -29,7 +30,7 @@ pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyR
 pub use objects::{
     AmplifierObjects, AnalogObjects, AxisObjects, BridgeTimeObjects, ConfigurationObjects,
     DirectGainObjects, FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects,
-    InputFunction, InputObjects, LoopObjects, MotorObjects, ProbeEdgeObjects, ProbeObjects, Scaled,
-    TargetObjects, TargetWindow, VlObjects, WindowObjects,
+    InputFunction, InputObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects,
+    ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, AxisPersonality, HostObjects, Personality, by_name};
+pub use personality::{ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, by_name};

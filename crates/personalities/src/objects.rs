@@ -76,6 +76,10 @@ pub struct AxisObjects {
     pub rated_torque_nm: Figure,
     /// 0x607E, direction of positive values, +1 or −1.
     pub polarity: Option<Field>,
+    /// Turns of the output for one of the motor, a REAL32 (the MD80's 0x2000,8). Where there is one,
+    /// all motion in the objects is the output's, and per mille are of the output's torque. 0 counts
+    /// as 1.
+    pub gear: Option<Field>,
 }
 
 /// Targets and offsets.
@@ -86,7 +90,7 @@ pub struct TargetObjects {
     /// 0x60FF, counts/s.
     pub velocity: Scaled,
     /// 0x6071, per mille of rated torque.
-    pub torque: Scaled,
+    pub torque: Option<Scaled>,
     /// 0x6042, in units of velocity mode ([`VlObjects`]).
     pub vl_velocity: Option<Field>,
     /// 0x60C1,1, counts: what is written to it goes into the buffer of interpolated position mode.
@@ -365,6 +369,8 @@ pub enum TargetWindow {
     /// 0x6067 and 0x6068, or 0x606D and 0x606E. A window of 0 is none wide; 0xFFFFFFFF switches it
     /// off, so that the end of the profile counts (CiA 402, 0x6067).
     Objects(WindowObjects),
+    /// An object without a time.
+    Size(Scaled),
 }
 
 /// A window and its time; a window of 0 is off.
@@ -393,8 +399,8 @@ pub struct MotorObjects {
     pub terminal_resistance: Figure,
     /// Terminal to terminal, H.
     pub terminal_inductance: Figure,
-    /// kg·m².
-    pub rotor_inertia: Figure,
+    /// kg·m², where the drive knows it.
+    pub rotor_inertia: Option<Figure>,
     /// A.
     pub continuous_current: Figure,
     /// A.
@@ -414,6 +420,9 @@ pub struct MotorObjects {
     /// The object that is 0 where the excess of current is limited as the P3's manual prints it, and
     /// 1 where dimensionally right (P30). Without it: as printed.
     pub i2t_rule: Option<Field>,
+    /// Figures of 0 are those of a drive that was not set up yet. It starts, with a bridge through
+    /// which its controllers send no current. If not, they are a parameter error.
+    pub may_be_unset: bool,
 }
 
 /// The amplifier and the controllers.
@@ -427,6 +436,8 @@ pub struct AmplifierObjects {
     pub times: BridgeTimeObjects,
     /// Greatest current, A.
     pub max_current: Figure,
+    /// A lower one: 0x6073, a share of 0x6075, A.
+    pub max_of_rated_current: Option<(Scaled, Scaled)>,
     /// Longest voltage vector, V of phase amplitude.
     pub max_phase_voltage: Figure,
     /// Calibrated readings at no current of phases A and B, converter counts.
@@ -452,6 +463,18 @@ pub struct BridgeTimeObjects {
     pub conversion: Figure,
 }
 
+impl BridgeTimeObjects {
+    /// Nothing takes a time that the drive knows of.
+    pub const NONE: BridgeTimeObjects = BridgeTimeObjects {
+        dead_time: Figure::Fixed(0.0),
+        propagation: Figure::Fixed(0.0),
+        propagation_spread: Figure::Fixed(0.0),
+        settling: Figure::Fixed(0.0),
+        sampling: Figure::Fixed(0.0),
+        conversion: Figure::Fixed(0.0),
+    };
+}
+
 /// The controllers' bandwidth and damping.
 #[derive(Clone, Copy, Debug)]
 pub struct GainObjects {
@@ -460,11 +483,34 @@ pub struct GainObjects {
     /// Q-axis current controller.
     pub current_q: LoopObjects,
     /// Velocity controller.
-    pub velocity: LoopObjects,
+    pub velocity: MotionLoop,
     /// Position controller.
-    pub position: LoopObjects,
+    pub position: MotionLoop,
     /// Share of the current for the demanded acceleration that is fed forward, 0 to 1.
     pub acceleration_feed_forward: f32,
+}
+
+/// How a drive's objects describe a velocity or position controller.
+#[derive(Clone, Copy, Debug)]
+pub enum MotionLoop {
+    /// By bandwidth and damping, or by gains that can be given in their place.
+    Tuned(LoopObjects),
+    /// By gains alone.
+    Gains(PidObjects),
+}
+
+/// A controller's gains at the output, in radians: of a position controller rad/s per rad, of a
+/// velocity controller Nm per rad/s. Each is shown as it was written.
+#[derive(Clone, Copy, Debug)]
+pub struct PidObjects {
+    /// Proportional part.
+    pub proportional: Scaled,
+    /// Integral part, per second.
+    pub integral: Scaled,
+    /// Derivative part, times a second.
+    pub derivative: Scaled,
+    /// Bound of the integral part, rad/s or Nm.
+    pub integral_limit: Scaled,
 }
 
 /// One controller.
@@ -472,8 +518,8 @@ pub struct GainObjects {
 pub struct LoopObjects {
     /// Hz.
     pub bandwidth: Figure,
-    /// 1 is critical.
-    pub damping: Figure,
+    /// 1 is critical. Without one the current controller's zero cancels the winding's pole.
+    pub damping: Option<Figure>,
     /// Gains that can be given in place of the two, if there are such objects.
     pub direct: Option<DirectGainObjects>,
 }

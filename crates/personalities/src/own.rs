@@ -1,10 +1,10 @@
 //! What one documented drive does that no other does, and no table tells.
 
 use can::Frame;
-use canopen::{Address, Image, NodeId, Reset, Verdict, store};
-use cia402::{Demand, Mode, State};
+use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
+use cia402::{Conditions, Configuration, Demand, Mode, State, Targets};
 
-use crate::Personality;
+use crate::{Personality, p3_jpl, roboteq};
 
 /// What a drive's own behaviour sees of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +57,16 @@ pub struct AxisView {
     pub velocity_limited: bool,
     /// I²t allows no more than the continuous current.
     pub i2t_active: bool,
+    /// Limits at work.
+    pub conditions: Conditions,
+    /// Current converters of phases A and B, converter counts, smoothed.
+    pub phase_adc: [f32; 2],
+    /// Their reading at no current, as the board's design says.
+    pub phase_adc_zero: f32,
+    /// The encoder's magnet is at its place.
+    pub magnet_is_good: bool,
+    /// Angle of an encoder on the output, turns from 0 to 1, if one is there and answers.
+    pub output_encoder: Option<f32>,
 }
 
 /// What a drive's own behaviour wants done, beside what it answers. Carried out in the order of the
@@ -78,6 +88,8 @@ pub struct Orders {
     pub new_demand: bool,
     /// A parameter of the motor or a controller in the image has changed.
     pub new_parameters: bool,
+    /// Targets in the image have changed: as if the master had written each of them.
+    pub new_targets: bool,
     /// Parameters are to be stored; [`OwnBehaviour::store_done`] tells when they are. No master gets
     /// an answer of it.
     pub store: Option<store::Request>,
@@ -127,6 +139,11 @@ pub trait OwnBehaviour: core::fmt::Debug {
         }
     }
 
+    /// The node has entered an NMT state: at its start, or by a command.
+    fn entered(&mut self, state: NmtState) {
+        let _ = state;
+    }
+
     /// A write to an object whose row asks, before it is committed; `new` are its little-endian
     /// bytes. `None`: it means what it means to every drive. View and orders are those of the axis
     /// that [`OwnBehaviour::axis_of`] tells.
@@ -153,10 +170,38 @@ pub trait OwnBehaviour: core::fmt::Debug {
         let _ = (image, view);
     }
 
+    /// What the master wants of an axis, as the objects have it: corrects what has another unit or limit
+    /// at present.
+    fn targets(&self, axis: u8, image: &Image<'_>, targets: &mut Targets) {
+        let _ = (axis, image, targets);
+    }
+
+    /// An axis's configuration, as the objects have it: adds what has another form here.
+    fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
+        let _ = (axis, image, configuration);
+    }
+
+    /// A velocity demand is followed by the position that it leads to.
+    fn integrates_velocity(&self, axis: u8) -> bool {
+        let _ = axis;
+        false
+    }
+
     /// A demand that takes the place of the axis's, as long as there is one.
     fn demand(&self, axis: u8) -> Option<&Demand> {
         let _ = axis;
         None
+    }
+
+    /// The greatest current of that demand, A; `None`: as the axis's.
+    fn current_limit_a(&self, axis: u8) -> Option<f32> {
+        let _ = axis;
+        None
+    }
+
+    /// A frame from the bus, whoever it is for; the node gets it, too.
+    fn heard(&mut self, frame: &Frame, id: NodeId) {
+        let _ = (frame, id);
     }
 
     /// What was to be stored is stored (`true`), or could not be: asked for by a master or by
@@ -174,6 +219,12 @@ pub trait OwnBehaviour: core::fmt::Debug {
     fn causes(&self) -> u32 {
         0
     }
+
+    /// Those of an axis, where they differ between them.
+    fn axis_causes(&self, axis: u8) -> u32 {
+        let _ = axis;
+        self.causes()
+    }
 }
 
 /// No own behaviour.
@@ -186,33 +237,51 @@ impl OwnBehaviour for () {
 pub enum OwnKind {
     /// None.
     Nothing,
+    /// [`p3_jpl::Behaviour`].
+    P3Jpl,
+    /// A Roboteq controller's.
+    Roboteq,
 }
 
 /// The own behaviour of any personality, chosen at run time.
 #[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a virtual drive has one of them, and nothing here allocates"
+)]
 pub enum AnyOwn {
     /// None.
     Nothing(()),
+    /// The P3 of 2016.
+    P3Jpl(p3_jpl::Behaviour),
+    /// A Roboteq controller's.
+    Roboteq(roboteq::own::Roboteq),
 }
 
 impl AnyOwn {
     fn inner(&self) -> &dyn OwnBehaviour {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
+            AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Roboteq(own) => own,
         }
     }
 
     fn inner_mut(&mut self) -> &mut dyn OwnBehaviour {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
+            AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Roboteq(own) => own,
         }
     }
 }
 
 impl OwnBehaviour for AnyOwn {
-    fn new(personality: &'static Personality, _: &Image<'_>) -> AnyOwn {
+    fn new(personality: &'static Personality, image: &Image<'_>) -> AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
+            OwnKind::P3Jpl => AnyOwn::P3Jpl(p3_jpl::Behaviour::new(personality, image)),
+            OwnKind::Roboteq => AnyOwn::Roboteq(OwnBehaviour::new(personality, image)),
         }
     }
 
@@ -226,6 +295,10 @@ impl OwnBehaviour for AnyOwn {
 
     fn take_frame(&mut self) -> Option<Frame> {
         self.inner_mut().take_frame()
+    }
+
+    fn entered(&mut self, state: NmtState) {
+        self.inner_mut().entered(state);
     }
 
     fn axis_of(&self, object: Address) -> u8 {
@@ -251,8 +324,32 @@ impl OwnBehaviour for AnyOwn {
         self.inner().publish(image, view);
     }
 
+    fn targets(&self, axis: u8, image: &Image<'_>, targets: &mut Targets) {
+        self.inner().targets(axis, image, targets);
+    }
+
+    fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
+        self.inner().configuration(axis, image, configuration);
+    }
+
+    fn integrates_velocity(&self, axis: u8) -> bool {
+        self.inner().integrates_velocity(axis)
+    }
+
+    fn axis_causes(&self, axis: u8) -> u32 {
+        self.inner().axis_causes(axis)
+    }
+
     fn demand(&self, axis: u8) -> Option<&Demand> {
         self.inner().demand(axis)
+    }
+
+    fn current_limit_a(&self, axis: u8) -> Option<f32> {
+        self.inner().current_limit_a(axis)
+    }
+
+    fn heard(&mut self, frame: &Frame, id: NodeId) {
+        self.inner_mut().heard(frame, id);
     }
 
     fn store_done(&mut self, stored: bool) {

@@ -1,9 +1,10 @@
 //! One documented drive.
 
 use crate::own::OwnKind;
+use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    p3, p3_extended, p3_jpl,
+    md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -34,15 +35,39 @@ pub struct Personality {
     /// 0x1018,4: the serial number, which each device sets for itself.
     pub serial_number: Option<canopen::Handle<u32>>,
     /// The object by which the node ID is changed, if there is one (the P3's 0x21B0).
-    pub node_id: Option<(canopen::Address, canopen::Handle<u16>)>,
+    pub node_id: Option<NodeIdObject>,
     /// The object that stores a single entry, if there is one (the P3's 0x1010,4).
     pub stores_single_entry: Option<canopen::Address>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
     /// What only this drive does.
     pub own: OwnKind,
+    /// Its serial command line, if it has one.
+    pub serial: Option<&'static SerialPort>,
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
+}
+
+/// An object that is the node ID.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeIdObject {
+    /// The object.
+    pub address: canopen::Address,
+    /// Where it lies, an unsigned number.
+    pub field: canopen::Field,
+    /// A new one counts once its write is acknowledged. If not, from the next start on that finds it
+    /// stored.
+    pub at_once: bool,
+}
+
+impl Personality {
+    /// Whether a master may choose this mode (0x6060): one of CiA 402's, or of the drive's own list.
+    pub const fn offers(&self, mode: i8) -> bool {
+        match self.own {
+            OwnKind::P3Jpl => p3_jpl::offers(mode),
+            _ => self.cia402.modes().contains(cia402::Mode(mode)),
+        }
+    }
 }
 
 /// One axis of a drive: where it finds everything in the dictionary.
@@ -82,7 +107,15 @@ pub struct HostObjects {
 }
 
 /// Every personality.
-pub static ALL: &[&Personality] = &[&p3::P3, &p3_extended::P3_EXTENDED, &p3_jpl::P3_JPL];
+pub static ALL: &[&Personality] = &[
+    &p3::P3,
+    &p3_extended::P3_EXTENDED,
+    &p3_jpl::P3_JPL,
+    &roboteq::ROBOTEQ,
+    &roboteq::ROBOTEQ_2,
+    &roboteq::ROBOTEQ_3,
+    &md80::MD80,
+];
 
 /// The personality of that name.
 pub fn by_name(name: &str) -> Option<&'static Personality> {

@@ -25,6 +25,7 @@
     )
 )]
 
+mod ak80;
 mod body;
 pub mod diodes;
 mod elastic;
@@ -35,6 +36,7 @@ mod load;
 mod mechanics;
 mod motor;
 mod noise;
+mod output_encoder;
 mod parameters;
 mod plant;
 mod ripple;
@@ -48,11 +50,13 @@ mod vector;
 mod winding;
 mod wiring;
 
+pub use ak80::{AK80_9, AK80_9_GEAR, AK80_9_THERMAL, VIRTUAL_MD80};
 pub use encoder::{Encoder, EncoderFault, field_at};
 pub use inverter::{Bridge, Inverter};
 pub use load::{Coupling, Load, Pendulum, Stops};
 pub use mechanics::Mechanics;
-pub use motor::{EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
+pub use motor::{EC_45_FLAT_339281, EC_MAX_22_283860, EC_MAX_22_283860_THERMAL, Motor};
+pub use output_encoder::OutputEncoder;
 pub use parameters::{COMPLETE_P3, FULL_P3, Invalid, Parameters, VIRTUAL_P3};
 pub use plant::{Plant, Truth};
 pub use ripple::Cogging;

@@ -3,6 +3,7 @@
 use control::io::Scales;
 
 use crate::load::MAX_TURNS;
+use crate::output_encoder::OutputEncoder;
 use crate::{
     AmplifierThermal, Bridge, Cogging, Coupling, CurrentSensors, EC_MAX_22_283860,
     EC_MAX_22_283860_THERMAL, Encoder, Link, Load, LogicSupply, Motor, Pendulum, Stops, Switch,
@@ -36,6 +37,8 @@ pub struct Parameters {
     pub diode_drop_v: f32,
     /// The encoder and how it sits on the rotor.
     pub encoder: Encoder,
+    /// An encoder on the output of a gear behind the load, if there is one.
+    pub output_encoder: Option<OutputEncoder>,
     /// What one converter count means. `current_zero` is the design's value; this board's own is
     /// in `current_zero_counts`.
     pub scales: Scales,
@@ -71,6 +74,7 @@ pub const VIRTUAL_P3: Parameters = Parameters {
     logic: LogicSupply::NOMINAL,
     diode_drop_v: 0.8,
     encoder: Encoder::ideal(4096, 0x0DF8),
+    output_encoder: None,
     scales: Scales {
         current_a: 2.5e-3,
         current_zero: 2048.0,
@@ -207,6 +211,8 @@ pub enum Invalid {
     /// An error of the encoder is undefined, infinite or beyond what it can be: eccentricity and noise
     /// up to a quarter turn, lag from 0 to 1 ms, magnet from 0 to 1 m, bad answers from 0 to 1.
     EncoderError(f64),
+    /// A figure of the output encoder is undefined or infinite, or it has no counts.
+    OutputEncoder(f64),
     /// A gain of a current sensor is not from 0 to 10, its noise not from 0 to 4095 counts, or its
     /// time constant not from 0 to 1 s.
     CurrentSensor(f64),
@@ -278,6 +284,9 @@ impl Parameters {
             return Err(Invalid::PwmPeriod(self.pwm_period_s));
         }
         self.encoder.check()?;
+        if let Some(encoder) = &self.output_encoder {
+            encoder.check()?;
+        }
         self.current_sensors.check()?;
         self.bridge.check(self.pwm_period_s)?;
         self.link.check()?;

@@ -433,6 +433,10 @@ impl Plant<f32> {
             inputs: self.board.inputs(way, self.periods),
             auxiliary_adc: self.board.auxiliary_adc(),
             torque_off: self.board.torque_off(),
+            output_encoder: self
+                .parameters
+                .output_encoder
+                .and_then(|encoder| encoder.reading(way)),
         }
     }
 }

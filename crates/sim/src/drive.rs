@@ -19,6 +19,7 @@ use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
+use crate::world;
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -52,7 +53,7 @@ impl DriveSettings {
     /// The same at any place: a drive at [`Place::unconfigured`] has no node ID until LSS gives it
     /// one. Without LSS it stays mute.
     pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
-        let mut plant = Parameters::default();
+        let mut plant = world::of(personality);
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;

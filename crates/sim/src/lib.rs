@@ -37,6 +37,7 @@ mod spoil;
 mod store;
 mod stranger;
 mod wire_act;
+mod world;
 
 pub use axes::{Axes, Virtual};
 pub use bus::{Bus, BusSettings};

@@ -4,7 +4,7 @@ use canopen::{Instant, NodeId};
 use personalities::p3::P3;
 use plant::{
     AmplifierThermal, Bridge, Cogging, Coupling, CurrentSensors, Encoder, Link, Load, LogicSupply,
-    Motor, MotorThermal, Parameters, Pendulum, Stops, Switch, Switches, Thermal,
+    Motor, MotorThermal, OutputEncoder, Parameters, Pendulum, Stops, Switch, Switches, Thermal,
 };
 use proptest::prelude::*;
 use sim::scenario::{PARAMETERS, Scenario, parameters_template};
@@ -33,7 +33,7 @@ fn every_field_of_a_world_is_a_parameter() {
         Parameters {
             motor => ELSEWHERE, load => ELSEWHERE, switches => ELSEWHERE, bridge => ELSEWHERE,
             link => ELSEWHERE, logic => ELSEWHERE, encoder => ELSEWHERE,
-            current_sensors => ELSEWHERE, thermal => ELSEWHERE,
+            output_encoder => ELSEWHERE, current_sensors => ELSEWHERE, thermal => ELSEWHERE,
             start_turns => ["load.start"],
             pwm_period_s => ["inverter.pwm_period"],
             load_delay_periods => ["inverter.delay_periods"],
@@ -125,6 +125,14 @@ fn every_field_of_a_world_is_a_parameter() {
             noise_counts => ["encoder.noise"],
             magnet_mm => ["encoder.magnet_distance"],
             bad_answers => ["encoder.bad_answers"],
+        }
+        OutputEncoder {
+            gear => ["encoder.output_gear"],
+            counts_per_turn => ["encoder.output_counts"],
+            zero_turns => ["encoder.output_zero"],
+            reversed => ["encoder.output_reversed"],
+            eccentricity_turns => ["encoder.output_eccentricity"],
+            silent => ["encoder.output_silent"],
         }
         CurrentSensors {
             gain => ["sensors.current_gain_a", "sensors.current_gain_b"],

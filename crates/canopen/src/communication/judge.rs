@@ -163,6 +163,9 @@ impl<M: NodeMemory> Node<M> {
         match sub {
             1 => {
                 let new = CobId(raw);
+                if is_transmit && dialect.tpdo_forbids_remote && new.0 & BIT_30 == 0 {
+                    return Err(Abort::INVALID_VALUE);
+                }
                 let lenient = dialect.reconfigure_while_valid;
                 if new.is_off() || (lenient && raw == 0) {
                     return Ok(());

@@ -97,7 +97,8 @@ impl<M: NodeMemory> Node<M> {
         for n in 0..PDOS {
             let Some(tpdo) = self.tpdo.get(n) else { return };
             let elapsed = now >= tpdo.timer_due && tpdo.timer_due != Instant::NEVER;
-            if tpdo.kind != Kind::Event || !(tpdo.has_event || elapsed) {
+            let is_due = tpdo.has_event || elapsed;
+            if !matches!(tpdo.kind, Kind::Event | Kind::Timer) || !is_due {
                 continue;
             }
             if now < tpdo.free_at {
@@ -125,11 +126,11 @@ impl<M: NodeMemory> Node<M> {
                 continue;
             }
             match tpdo.kind {
-                Kind::Request | Kind::Event => {
+                Kind::Request | Kind::Event | Kind::Timer => {
                     if tpdo.mapping.is_live() {
                         owner.publish(&mut Image::new(self.memory.as_mut()));
                     }
-                    if tpdo.kind == Kind::Event {
+                    if tpdo.kind != Kind::Request {
                         self.event(n, now);
                     } else {
                         self.send_event(n, now);
@@ -145,7 +146,7 @@ impl<M: NodeMemory> Node<M> {
     /// Starts the event timers: with the state operational, or with new parameters in it.
     pub(crate) fn start_event_timers(&mut self, now: Instant) {
         for tpdo in &mut self.tpdo {
-            if tpdo.kind == Kind::Event
+            if matches!(tpdo.kind, Kind::Event | Kind::Timer)
                 && tpdo.parameters.event_timer_ms != 0
                 && tpdo.timer_due == Instant::NEVER
             {
@@ -159,7 +160,7 @@ impl<M: NodeMemory> Node<M> {
     pub(crate) fn next_event_due(&self) -> Instant {
         let mut next = Instant::NEVER;
         for tpdo in &self.tpdo {
-            if tpdo.kind == Kind::Event {
+            if matches!(tpdo.kind, Kind::Event | Kind::Timer) {
                 next = next.min(tpdo.timer_due);
                 if tpdo.has_event {
                     next = next.min(tpdo.free_at);

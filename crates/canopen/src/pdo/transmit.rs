@@ -42,6 +42,8 @@ pub(crate) enum Kind {
     Request,
     /// 254 and 255: an event, the event timer, or a request.
     Event,
+    /// 254 where its maker says so: the event timer or a request.
+    Timer,
 }
 
 /// What 0x1800 says beside the identifier.
@@ -94,6 +96,7 @@ impl Tpdo {
             0 => Kind::Acyclic,
             252 => Kind::SyncRequest,
             253 => Kind::Request,
+            254 if dialect.type_254_by_timer => Kind::Timer,
             254 | 255 => Kind::Event,
             _ => Kind::Off,
         };
@@ -107,7 +110,7 @@ impl Tpdo {
 
     /// Whether events have something to do with it.
     pub(crate) fn is_sent_by_events(&self) -> bool {
-        matches!(self.kind, Kind::Event | Kind::Acyclic)
+        matches!(self.kind, Kind::Event | Kind::Acyclic | Kind::Timer)
     }
 
     fn period(&self) -> u8 {

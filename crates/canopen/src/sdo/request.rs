@@ -138,14 +138,20 @@ impl Request {
 }
 
 impl Size {
-    /// Whether the object's `bytes` can be taken from what came.
+    /// Whether the object's `bytes` can be taken from `raw`, which came.
     ///
     /// # Errors
     /// [`Abort::TOO_LONG`] or [`Abort::TOO_SHORT`].
     #[inline]
-    pub(crate) fn check(self, bytes: u8) -> Result<(), Abort> {
+    pub(crate) fn check(self, bytes: u8, raw: u32, dialect: &Dialect) -> Result<(), Abort> {
         match self.indicated {
-            Some(size) if size > bytes => Err(Abort::TOO_LONG),
+            Some(size) if size > bytes => {
+                let padded = raw.checked_shr(8 * u32::from(bytes)) == Some(0);
+                match dialect.zero_padded_writes && padded {
+                    true => Ok(()),
+                    false => Err(Abort::TOO_LONG),
+                }
+            }
             Some(size) if size < bytes => Err(Abort::TOO_SHORT),
             // A request shorter than the object (P55).
             _ if self.carried < bytes => Err(Abort::TOO_SHORT),

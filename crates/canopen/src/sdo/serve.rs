@@ -132,7 +132,7 @@ impl<M: NodeMemory> Node<M> {
                 let written = self.write_long_at_once(n, address, &entry, data, now, owner, events);
                 return written.map(|written| (written, raw));
             }
-            size.check(entry.field.size())?;
+            size.check(entry.field.size(), raw, &self.device.dialect)?;
             let raw = low_bytes(raw, entry.field.size());
             self.write(address, &entry, raw, now, owner, events)
                 .map(|written| (written, raw))
@@ -233,7 +233,7 @@ impl<M: NodeMemory> Node<M> {
             Err(abort) => return Err(abort),
         };
         if !entry.has(flag::READ) {
-            return Err(Abort::WRITE_ONLY);
+            return Err(without(&entry, flag::WRITE, Abort::WRITE_ONLY));
         }
         if entry.has(flag::HISTORY) && !self.history_has(address.sub) {
             return Err(Abort::NO_DATA);
@@ -252,7 +252,7 @@ impl<M: NodeMemory> Node<M> {
             return Err(Abort::DEVICE_STATE);
         }
         if !entry.has(flag::WRITE) {
-            return Err(Abort::READ_ONLY);
+            return Err(without(&entry, flag::READ, Abort::READ_ONLY));
         }
         Ok(entry)
     }
@@ -423,5 +423,16 @@ fn low_bytes(raw: u32, bytes: u8) -> u32 {
         1 => raw & 0xFF,
         2 => raw & 0xFFFF,
         _ => raw,
+    }
+}
+
+/// What is answered about an object that lacks an access: without the other one, too, it is not
+/// to be seen from outside.
+#[cold]
+fn without(entry: &Entry, other: u16, abort: Abort) -> Abort {
+    if entry.has(other) {
+        abort
+    } else {
+        Abort::NO_OBJECT
     }
 }

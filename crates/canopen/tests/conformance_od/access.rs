@@ -73,6 +73,7 @@ pub(crate) fn every_object_by_its_access() {
             let object = Address::new(row.address.index, row.address.sub + step);
             let expected = match row.access {
                 Access::WriteOnly => Some(0x0601_0001),
+                Access::Internal => Some(0x0602_0000),
                 // An empty place of the error history.
                 _ if object.index == 0x1003 && object.sub > 0 => Some(0x0800_0024),
                 _ => None,

@@ -213,6 +213,7 @@ pub static BASIC: Device = Device::new(
     Dialect {
         sdo: SdoTransfers::Expedited,
         pdo_events: false,
+        type_254_by_timer: false,
         emcy_inhibit: false,
         produces_sync: false,
         remote_requests: false,
@@ -227,6 +228,7 @@ pub static P3_LIKE: Device = Device::new(
     &OBJECTS,
     Dialect {
         short_requests: true,
+        zero_padded_writes: false,
         upload_reply: UploadReply::Unsized,
         acknowledge_data: AcknowledgeData::Zeros,
         sdo: SdoTransfers::Expedited,
@@ -236,10 +238,12 @@ pub static P3_LIKE: Device = Device::new(
         rpdo_sync: RpdoSync::Nth,
         tpdo_type_0_is_cyclic: true,
         pdo_events: false,
+        type_254_by_timer: false,
         emergencies: true,
         emcy_inhibit: false,
         produces_sync: false,
         remote_requests: false,
+        tpdo_forbids_remote: false,
         extended_identifiers: false,
         lss: false,
         tpdo_in_pre_operational: true,

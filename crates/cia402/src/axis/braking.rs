@@ -95,6 +95,7 @@ impl Axis {
                 | Demand::Idle
                 | Demand::TorqueWithAngle { .. }
                 | Demand::PhaseVoltage { .. }
+                | Demand::RotorVoltage { .. }
         )
     }
 

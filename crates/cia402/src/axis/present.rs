@@ -35,7 +35,11 @@ impl Axis {
                 torque_pm: 0.0,
                 ..motor
             },
-            Demand::Idle => Present {
+            // The axis itself never demands the other three.
+            Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. } => Present {
                 torque_pm: 0.0,
                 ..motor
             },

@@ -3,7 +3,7 @@
 use crate::path::Path;
 use crate::profile::ProfileLimits;
 use crate::windows::Arrival;
-use crate::{Controlword, Demand};
+use crate::{Controlword, Demand, Target};
 
 use super::{Bits, Generator, Inputs, Limited};
 
@@ -18,6 +18,20 @@ struct SetPoint {
     acceleration: f32,
     deceleration: f32,
     jerk: f32,
+}
+
+impl SetPoint {
+    fn of(word: Controlword, inputs: &Inputs<'_>) -> SetPoint {
+        SetPoint {
+            target: inputs.targets.position,
+            relative: word.relative(),
+            pass: word.change_on_set_point(),
+            profile_velocity: inputs.configuration.profile_velocity,
+            acceleration: inputs.configuration.acceleration,
+            deceleration: inputs.configuration.deceleration,
+            jerk: inputs.configuration.jerk,
+        }
+    }
 }
 
 /// A set-point on its way: the target in the path's counts, and what limits cut.
@@ -151,18 +165,23 @@ impl Generator for ProfilePosition {
         self.path.begin()
     }
 
+    /// Where there is no handshake: the target, unless the axis is on its way there already.
+    fn set_point(&mut self, target: Target, inputs: &Inputs<'_>) -> Option<Demand> {
+        let set_point = SetPoint::of(Controlword(0), inputs);
+        let is_new = self.active != Some(self.target(&set_point, None, inputs));
+        if inputs.at_once && target == Target::Position && is_new {
+            self.start(&set_point, inputs);
+        }
+        None
+    }
+
     fn controlword(&mut self, before: Controlword, now: Controlword, inputs: &Inputs<'_>) {
+        if inputs.at_once {
+            return;
+        }
         self.new_set_point = now.new_set_point();
         if now.new_set_point() && !before.new_set_point() {
-            let set_point = SetPoint {
-                target: inputs.targets.position,
-                relative: now.relative(),
-                pass: now.change_on_set_point(),
-                profile_velocity: inputs.configuration.profile_velocity,
-                acceleration: inputs.configuration.acceleration,
-                deceleration: inputs.configuration.deceleration,
-                jerk: inputs.configuration.jerk,
-            };
+            let set_point = SetPoint::of(now, inputs);
             if now.change_immediately() || !self.busy() {
                 self.next = None;
                 self.start(&set_point, inputs);

@@ -13,6 +13,8 @@ pub(crate) static P3: Dialect = Dialect {
     mode_display_cleared_on_enable: true,
     ramps_on_stop: false,
     halt_bit: false,
+    set_points_at_once: false,
+    resting_modes: ModeSet::EMPTY,
     remote_bit: false,
     modes: ModeSet::IMPLEMENTED,
 };
@@ -186,7 +188,10 @@ impl Rig {
                 - (sample.position - whole);
             assert!(off.abs() < 1e-3, "{sample:?} {point:?}");
         }
-        if !matches!(self.demand, Demand::Off | Demand::Idle) {
+        if !matches!(
+            self.demand,
+            Demand::Off | Demand::Idle | Demand::Shorted | Demand::TurningVoltage { .. }
+        ) {
             let off = f64::from(point.velocity) - sample.velocity;
             assert!(
                 off.abs() <= 1e-6 * sample.velocity.abs() + 1e-3,
@@ -205,7 +210,12 @@ impl Rig {
             )
         };
         match self.demand {
-            Demand::Off | Demand::Idle | Demand::PhaseVoltage { .. } => Sample {
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. }
+            | Demand::PhaseVoltage { .. } => Sample {
                 position: self.unwrapped,
                 ..Sample::default()
             },
@@ -301,7 +311,11 @@ impl Rig {
                 self.actual.electrical_angle = angle;
                 self.actual.torque_pm = 0.0;
             }
-            Demand::Off | Demand::Idle => {
+            Demand::Off
+            | Demand::Idle
+            | Demand::Shorted
+            | Demand::TurningVoltage { .. }
+            | Demand::RotorVoltage { .. } => {
                 self.actual.torque_pm = 0.0;
             }
         }

@@ -24,7 +24,8 @@ Examples:
   servobus calibrate electrical-zero --node 1 --method stall --yes    as the manual prints it
 
 The shaft must be free: nothing may be coupled to it.
-Exit code 1 if the calibration did not succeed; nothing is saved then.")]
+Exit code 1 if the calibration did not succeed; nothing is saved then, but for a drive that refuses
+in the middle of saving: the message says what is saved.")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     what: What,

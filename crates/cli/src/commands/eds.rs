@@ -30,6 +30,9 @@ pub(crate) struct Arguments {
     /// Which drive's EDS to write.
     #[arg(value_name = "DRIVE", value_parser = drive_kind::parse, required = true)]
     drive: Option<&'static Personality>,
+    /// With so many motor channels, of a drive that comes with several numbers of them: 1, 2 or 3.
+    #[arg(long, value_name = "N")]
+    channels: Option<u8>,
     /// Write to this file instead of standard output.
     #[arg(long, value_name = "FILE")]
     output: Option<String>,
@@ -55,6 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             let drive = arguments.drive;
             let drive =
                 drive.ok_or_else(|| Failure::input("name a drive, as in servobus eds p3"))?;
+            let drive = drive_kind::with_channels(drive, arguments.channels)?;
             put(
                 &sim::data_sheet(drive),
                 Style::default(),

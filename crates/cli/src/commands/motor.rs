@@ -4,12 +4,15 @@
 mod display;
 mod table;
 
+use std::fmt::Display as Shown;
 use std::io::{self, IsTerminal, Write};
+use std::sync::mpsc::{self, TryRecvError};
+use std::thread;
 use std::time::Duration;
 
 use canopen::NodeId;
-use client::Client;
-use client::session::{Change, ProcedureError, Session};
+use client::session::{Change, ProcedureError, SaveError, Session, Watch};
+use client::{Client, Link, LinkError};
 use serde::Serialize;
 
 use super::stop::Stop;
@@ -57,6 +60,43 @@ enum Wish {
     Discard,
 }
 
+/// Why the user could not be asked, or has not answered.
+#[derive(Debug)]
+enum NoAnswer {
+    /// By Ctrl-C or a signal.
+    Stopped,
+    /// The results could not be shown.
+    Output(Failure),
+    /// The answer could not be read.
+    Input(io::Error),
+    /// The bus was lost meanwhile.
+    Link(LinkError),
+}
+
+impl NoAnswer {
+    /// With what has become of the results.
+    fn failure(self, node: NodeId, end: impl Shown) -> Failure {
+        let tell = |why: &dyn Shown| format!("node {node}: {why}; {end}");
+        match self {
+            NoAnswer::Stopped => Failure::unsuccessful(tell(&"stopped")),
+            NoAnswer::Output(Failure::ReaderGone) => {
+                Failure::unsuccessful(tell(&"nobody reads the results"))
+            }
+            NoAnswer::Output(Failure::Unsuccessful(why)) => Failure::unsuccessful(tell(&why)),
+            NoAnswer::Output(Failure::Input(why)) => Failure::input(tell(&why)),
+            NoAnswer::Input(error) => {
+                Failure::input(tell(&format_args!("cannot read the answer: {error}")))
+            }
+            NoAnswer::Link(error) => Failure::unsuccessful(tell(&error)),
+        }
+    }
+}
+
+/// How often a question that waits looks for the answer and for Ctrl-C, ms.
+const LOOK_MS: u64 = 20;
+/// What is told when results are given up.
+const NOT_SAVED: &str = "not saved, the old values are back";
+
 impl Common {
     /// Runs `work` on the drive, shows what it found, and saves that if the user wants it.
     ///
@@ -84,29 +124,33 @@ impl Common {
             session.watch().clear();
             let (result, lines) = match done {
                 Ok(done) => done,
-                Err(error) => {
-                    // What earlier procedures of the same command found is not saved either.
-                    let taken_back = session.discard().await;
-                    let more = taken_back.err().map(|more| format!("; {more}"));
-                    return Err(Failure::unsuccessful(format!(
-                        "{error}{}",
-                        more.unwrap_or_default()
-                    )));
-                }
+                // What earlier procedures of the same command found has its old value again, too.
+                Err(error) => return Err(Failure::unsuccessful(error)),
             };
             let changes = session.found().to_vec();
-            if !self.json {
-                for line in lines {
-                    output::print(line)?;
+            let shown = self.show(&lines, &changes).map_err(NoAnswer::Output);
+            let wish = match shown {
+                Ok(()) => self.wish(&mut session, &changes, &stop).await,
+                Err(why) => Err(why),
+            };
+            let wish = match wish {
+                Ok(wish) => wish,
+                Err(why) => {
+                    let taken_back = session.discard().await;
+                    return Err(match taken_back {
+                        Ok(()) => why.failure(self.node, NOT_SAVED),
+                        Err(error) => why.failure(self.node, format_args!("not saved; {error}")),
+                    });
                 }
-                output::print(table::text(&changes))?;
-            }
-            let wish = self.wish(&changes, &stop)?;
+            };
             match wish {
-                Wish::Save => session.save().await.map(|_| ()),
-                Wish::Discard => session.discard().await,
+                Wish::Save => {
+                    if let Err(error) = session.save().await {
+                        return Err(not_all_saved(&mut session, &error).await);
+                    }
+                }
+                Wish::Discard => session.discard().await.map_err(Failure::unsuccessful)?,
             }
-            .map_err(Failure::unsuccessful)?;
             let saved = wish == Wish::Save;
             match (self.json, saved) {
                 (true, _) => output::print_json(&Outcome {
@@ -116,18 +160,34 @@ impl Common {
                     saved,
                 }),
                 (false, true) => output::print(format_args!("node {}: saved", self.node)),
-                (false, false) => output::print(format_args!(
-                    "node {}: not saved, the old values are back",
-                    self.node
-                )),
+                (false, false) => output::print(format_args!("node {}: {NOT_SAVED}", self.node)),
             }
         })
     }
 
+    /// Shows the results to people.
+    fn show(&self, lines: &[String], changes: &[Change]) -> Result<(), Failure> {
+        if self.json {
+            return Ok(());
+        }
+        for line in lines {
+            output::print(line)?;
+        }
+        output::print(table::text(changes))
+    }
+
     /// Whether to save, as the words of the command or the user say.
-    fn wish(&self, changes: &[Change], stop: &Stop) -> Result<Wish, Failure> {
-        if self.dry_run || changes.is_empty() || stop.asked() {
+    async fn wish<L: Link, W: Watch>(
+        &self,
+        session: &mut Session<'_, L, W>,
+        changes: &[Change],
+        stop: &Stop,
+    ) -> Result<Wish, NoAnswer> {
+        if self.dry_run || changes.is_empty() {
             return Ok(Wish::Discard);
+        }
+        if stop.asked() {
+            return Err(NoAnswer::Stopped);
         }
         if self.yes {
             return Ok(Wish::Save);
@@ -135,13 +195,61 @@ impl Common {
         let mut error = io::stderr().lock();
         let _ =
             write!(error, "save these in node {}? [y/N] ", self.node).and_then(|()| error.flush());
-        let mut answer = String::new();
-        io::stdin()
-            .read_line(&mut answer)
-            .map_err(|error| Failure::input(format!("cannot read the answer: {error}")))?;
-        match answer.trim().to_lowercase().as_str() {
-            "y" | "yes" if !stop.asked() => Ok(Wish::Save),
-            _ => Ok(Wish::Discard),
+        drop(error);
+        match self.answer(session, stop).await {
+            Ok(answer) => match answer.trim().to_lowercase().as_str() {
+                "y" | "yes" => Ok(Wish::Save),
+                _ => Ok(Wish::Discard),
+            },
+            Err(why) => {
+                // Nobody has ended the question's line.
+                output::tell("");
+                Err(why)
+            }
         }
     }
+
+    /// A line of standard input. Reading it may last for ever, so another thread does; the bus is
+    /// read meanwhile.
+    async fn answer<L: Link, W: Watch>(
+        &self,
+        session: &mut Session<'_, L, W>,
+        stop: &Stop,
+    ) -> Result<String, NoAnswer> {
+        let (sender, answer) = mpsc::channel();
+        thread::spawn(move || {
+            let mut line = String::new();
+            // If nobody waits any more, nobody needs it.
+            let _ = sender.send(io::stdin().read_line(&mut line).map(|_| line));
+        });
+        loop {
+            if stop.asked() {
+                return Err(NoAnswer::Stopped);
+            }
+            match answer.try_recv() {
+                Ok(line) => return line.map_err(NoAnswer::Input),
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => return Ok(String::new()),
+            }
+            session.idle(LOOK_MS).await.map_err(NoAnswer::Link)?;
+        }
+    }
+}
+
+/// Tells what is saved and what is not. Where nothing is, the old values come back; else old and new
+/// ones would be mixed, so the drive keeps the new ones until its next reset.
+async fn not_all_saved<L: Link, W: Watch>(
+    session: &mut Session<'_, L, W>,
+    error: &SaveError,
+) -> Failure {
+    if error.saved.is_empty() && !error.is_unsure() {
+        return Failure::unsuccessful(match session.discard().await {
+            Ok(()) => format!("{error}; the old values are back"),
+            Err(more) => format!("{error}; {more}"),
+        });
+    }
+    Failure::unsuccessful(format!(
+        "{error}; the drive works with all new values until its next reset: before that, save the \
+         others by 0x1010,4, or calibrate or tune again"
+    ))
 }

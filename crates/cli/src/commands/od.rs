@@ -89,6 +89,7 @@ impl Entry {
                 Access::ReadOnly => "ro",
                 Access::ReadWrite => "rw",
                 Access::WriteOnly => "wo",
+                Access::Internal => "internal",
             },
             rpdo: row.maps_rpdo,
             tpdo: row.maps_tpdo,
@@ -165,6 +166,9 @@ fn entries(table: &Table) -> Vec<Entry> {
     let mut entries = Vec::new();
     let mut last_index = None;
     for row in table.rows() {
+        if row.access == Access::Internal {
+            continue;
+        }
         let index = row.address.index;
         if last_index != Some(index) {
             last_index = Some(index);

@@ -2,6 +2,7 @@
 
 mod drive_list;
 mod guests;
+mod named_drives;
 mod plan;
 mod ready;
 mod speed;
@@ -17,6 +18,7 @@ use can::BitRate;
 use personalities::Personality;
 
 use self::drive_list::DriveList;
+use self::named_drives::NamedDrives;
 pub(crate) use self::plan::Plan;
 use self::speed::Speed;
 use self::stage::{Log, Stage};
@@ -32,6 +34,7 @@ use crate::{Failure, drive_kind, output, record_file, time_span};
 Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
+  servobus sim --node 1-2=p3 --node 3=p3-jpl        two kinds on one bus; servobus drives lists them
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
   servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
@@ -53,10 +56,17 @@ pub(crate) struct Arguments {
     /// [default: p3]
     #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
     drive: Option<&'static Personality>,
+    /// With so many motor channels, of a drive that comes with several numbers of them: 1, 2 or 3.
+    #[arg(long, value_name = "N", requires = "drive")]
+    channels: Option<u8>,
     /// Their node IDs: 5, 1-3 or 1,4; unconfigured:3 for three drives without one, which wait for
     /// an LSS master; or both, as in 1-2,unconfigured:3 [default: 1-3]
     #[arg(long, allow_hyphen_values = true)]
     nodes: Option<DriveList>,
+    /// Which drive is at which node, as in 1=p3 or 2-3=md80; given several times the bus is a mixed
+    /// one. Takes the place of --nodes and --drive.
+    #[arg(long, value_name = "ID=NAME", allow_hyphen_values = true)]
+    node: Vec<NamedDrives>,
     /// Bit rate of the bus: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k or 1M [default: 1M]
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     bit_rate: Option<BitRate>,
@@ -162,8 +172,8 @@ impl Arguments {
 }
 
 /// The lines that a script waits for.
-fn ready(plan: &Plan, bus: &Bus, doors: &[Endpoint]) -> String {
-    let mut text = ready::line(&plan.kinds(), bus);
+fn ready(bus: &Bus, doors: &[Endpoint]) -> String {
+    let mut text = ready::line(bus);
     for door in doors {
         text.push('\n');
         text.push_str(&door_line(door));
@@ -245,7 +255,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut stage = Stage::new(Bus::new(settings), doors, log);
     let began = std::time::Instant::now();
     stage.boot(end)?;
-    output::print(ready(&plan, stage.bus(), &addresses))?;
+    output::print(ready(stage.bus(), &addresses))?;
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,

@@ -21,7 +21,8 @@ Examples:
   servobus tune position --node 1 --bandwidth 10 --yes
 
 The drive must be calibrated; see servobus calibrate.
-Exit code 1 if the loop did not become as asked; nothing is saved then.")]
+Exit code 1 if the loop did not become as asked; nothing is saved then, but for a drive that refuses
+in the middle of saving: the message says what is saved.")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     what: What,

@@ -53,10 +53,12 @@ const LEAST_PM: f64 = 200.0;
 const MOST_PM: f64 = 700.0;
 /// How often it goes out and back.
 const CYCLES: u32 = 6;
-/// Samples after a change of torque that do not count.
-const SETTLED: usize = 3;
+/// Samples sooner after a change of torque do not count, s: three of them, where none is late.
+const SETTLED_S: f64 = 0.002_5;
 /// Samples below this part of the speed do not count.
 const FAST: f64 = 0.45;
+/// Nor do those above this one: the master was held up, and nearer to the drive's limit torque fades.
+const TOO_FAST: f64 = 1.2;
 /// No encoder is later than that, µs.
 const MOST_LAG_US: f64 = 1_000.0;
 /// The last round must confirm the one before, electrical degrees.
@@ -149,8 +151,13 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             wraps: Some(motor.counts),
             sense: user,
         };
+        let most = (Run::LIMIT * turn_round) as i64;
+        if limit == 0.0 || limit > most as f64 {
+            self.borrow(MAX_MOTOR_VELOCITY, most).await?;
+        }
         let seen = [VOLTAGE_D, VOLTAGE_Q, RAW_ENCODER];
         let driven = self.drive_to_and_fro(motor, &seen, &run).await?;
+        self.give_back_one(MAX_MOTOR_VELOCITY).await?;
         let measured = evaluate(&driven, &run, motor, &winding, sense)?;
         Ok((measured, turn_round))
     }
@@ -250,10 +257,17 @@ fn evaluate(
         let here = raw(now);
         let from = unwrapped(raw(before), here, motor.counts);
         let to = unwrapped(raw(after), here, motor.counts);
-        let dt = after.sample.time_s - before.sample.time_s;
-        // Counts/s in the user's direction.
-        let speed = (to - from) / dt * run.sense;
-        if now.age < SETTLED || after.age == 0 || speed.abs() < FAST * run.turn_round {
+        let since = now.sample.time_s - before.sample.time_s;
+        let until = after.sample.time_s - now.sample.time_s;
+        // A master that was held up leaves a gap.
+        if run.is_ambiguous(since) || run.is_ambiguous(until) || since <= 0.0 || until <= 0.0 {
+            continue;
+        }
+        // Counts/s in the user's direction, of the parabola through the three.
+        let ways = (here - from) / since * until + (to - here) / until * since;
+        let speed = ways / (since + until) * run.sense;
+        let share = speed.abs() / run.turn_round;
+        if now.age_s < SETTLED_S || after.age_s == 0.0 || !(FAST..=TOO_FAST).contains(&share) {
             continue;
         }
         let electrical = speed * sense * per_count;

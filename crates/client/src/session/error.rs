@@ -3,6 +3,7 @@
 use std::fmt;
 
 use canopen::NodeId;
+use cia402::State;
 
 use crate::pdo::PdoError;
 use crate::sdo::SdoError;
@@ -91,6 +92,13 @@ pub enum Cause {
         /// The last statusword.
         statusword: u16,
     },
+    /// The drive does not go to a state that it was told to go to.
+    Unreached {
+        /// Where it was told to go.
+        wanted: State,
+        /// The last statusword.
+        statusword: u16,
+    },
     /// The drive does not show the mode.
     Mode {
         /// What was written to 0x6060.
@@ -122,6 +130,14 @@ pub enum Left {
     Safe,
     /// Without power; but not all objects could be given their old values again.
     Changed,
+    /// The drive answers, but does not take the power from the motor, not even without SYNC. Its
+    /// set-points and its SYNC supervision (0x2406) are left as they are then.
+    Powered {
+        /// The last statusword.
+        statusword: u16,
+        /// All other objects have their old values again.
+        restored: bool,
+    },
     /// The drive does not answer. It takes the power away by itself when no SYNC comes.
     Unknown {
         /// After how long, in milliseconds (0x2406).
@@ -159,6 +175,11 @@ impl fmt::Display for Cause {
                 "the drive left operation enabled, statusword 0x{statusword:04X}; \
                  see that no other master commands it"
             ),
+            Cause::Unreached { wanted, statusword } => write!(
+                f,
+                "the drive does not go to {wanted}, statusword 0x{statusword:04X}; \
+                 see that no other master commands it"
+            ),
             Cause::Mode { wanted, shown } => write!(
                 f,
                 "the drive was told mode {wanted} and shows mode {shown} in 0x6061; \
@@ -176,20 +197,46 @@ impl fmt::Display for Cause {
     }
 }
 
+impl Cause {
+    /// Whether the drive said no, which it can only if it is there.
+    pub(crate) fn is_refusal(&self) -> bool {
+        matches!(self, Cause::Sdo(error) if error.abort().is_some())
+    }
+
+    /// With the node, once.
+    pub(super) fn fmt_of(&self, node: NodeId, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // It names the node by itself.
+            Cause::Sdo(error) => write!(f, "{error}"),
+            cause => write!(f, "node {node}: {cause}"),
+        }
+    }
+}
+
 impl fmt::Display for ProcedureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.cause {
-            // It names the node by itself.
-            Cause::Sdo(error) => write!(f, "{error}")?,
-            cause => write!(f, "node {}: {cause}", self.node)?,
-        }
+        self.cause.fmt_of(self.node, f)?;
         match self.left {
             Left::Untouched => f.write_str(" (no power was applied)"),
             Left::Safe => f.write_str(" (the motor is without power, nothing is changed)"),
             Left::Changed => f.write_str(
                 " (the motor is without power; some objects keep changed values until the next \
-                 reset, nothing is saved)",
+                 reset, these are not saved)",
             ),
+            Left::Powered {
+                statusword,
+                restored,
+            } => {
+                let objects = match restored {
+                    true => "set-points and SYNC supervision, 0x2406, keep changed values",
+                    false => "some objects keep changed values",
+                };
+                write!(
+                    f,
+                    " (the drive does not take the power from the motor, statusword \
+                     0x{statusword:04X}: switch its motor supply off; {objects})"
+                )
+            }
             Left::Unknown { within_ms: 0 } => {
                 f.write_str(" (the drive does not answer: switch its motor supply off)")
             }

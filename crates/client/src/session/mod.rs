@@ -11,10 +11,11 @@ mod power;
 mod ready;
 mod record;
 mod run;
+mod save;
 
 use canopen::{Instant, NodeId};
 
-use crate::{Client, Link, Value};
+use crate::{Client, Link, LinkError, Value};
 
 pub use error::{Cause, Finding, Left, ProcedureError};
 pub use objects::Object;
@@ -22,6 +23,7 @@ pub(crate) use objects::*;
 pub(crate) use ready::Motor;
 pub(crate) use record::{Recorder, Sample};
 pub(crate) use run::{Driven, Run, unwrapped};
+pub use save::SaveError;
 
 /// Who looks on: is told what happens, and may end it.
 pub trait Watch {
@@ -88,6 +90,9 @@ pub struct Session<'c, L, W> {
     pub(crate) synced: Instant,
     /// Power was applied by this session.
     powered: bool,
+    /// When the drive was last seen in operation enabled, where it shall be; `None` where it need
+    /// not be.
+    looked: Option<Instant>,
     /// The drive watches SYNC: after so many milliseconds without it takes the power away.
     supervised_ms: u16,
     pub(crate) recorder: Option<Recorder>,
@@ -115,6 +120,7 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
             found: Vec::new(),
             synced,
             powered: false,
+            looked: None,
             supervised_ms: 0,
             recorder: None,
         }
@@ -171,7 +177,15 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
 
     pub(crate) async fn write(&mut self, object: Object, value: i64) -> Result<(), Cause> {
         self.go_on().await?;
-        self.write_anyway(object, value).await
+        let written = self.write_anyway(object, value).await;
+        if let Err(cause) = &written
+            && cause.is_refusal()
+            && self.looked.is_some()
+        {
+            // A drive that has gone into fault refuses what moves it.
+            self.must_be_enabled().await?;
+        }
+        written
     }
 
     async fn write_anyway(&mut self, object: Object, value: i64) -> Result<(), Cause> {
@@ -230,7 +244,8 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
         Ok(())
     }
 
-    /// Lets time pass, under watch: while the motor has power the drive is asked every 50 ms.
+    /// Lets time pass, under watch: while the motor has power the drive is asked every 50 ms, however
+    /// short the waits are.
     pub(crate) async fn wait(&mut self, ms: u64) -> Result<(), Cause> {
         let until = self.client.now().plus_ms(ms);
         loop {
@@ -239,8 +254,9 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
             if now >= until {
                 return Ok(());
             }
-            self.pass(until.min(now.plus_ms(LOOK_MS))).await?;
-            if self.powered && ms >= LOOK_MS {
+            let look = self.looked.map_or(now, |at| at).plus_ms(LOOK_MS);
+            self.pass(until.min(look.max(now))).await?;
+            if self.looked.is_some() && self.client.now() >= look {
                 self.must_be_enabled().await?;
             }
         }
@@ -265,7 +281,8 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
         };
         let left = match (touched, self.make_safe().await) {
             (false, _) => Left::Untouched,
-            (true, left) => left,
+            (true, Ok(())) => Left::Safe,
+            (true, Err((_, left))) => left,
         };
         done.map_err(|cause| ProcedureError {
             node: self.node,
@@ -282,83 +299,99 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
     }
 
     async fn give_back(&mut self) -> Result<(), Cause> {
-        while let Some((object, old)) = self.borrowed.last().copied() {
-            if object == SYNC_LOSS {
-                self.supervised_ms = 0;
+        let mut done: Result<(), Cause> = Ok(());
+        for place in (0..self.borrowed.len()).rev() {
+            let (object, old) = self.borrowed[place];
+            let stays = self.powered && ACTS_AT_ONCE.contains(&object);
+            let written = match (stays, &done) {
+                (true, _) => Ok(()),
+                // It does not answer.
+                (false, Err(cause)) if !cause.is_refusal() => Err(cause.clone()),
+                _ => self.write_anyway(object, old).await,
+            };
+            if !stays && written.is_ok() {
+                self.borrowed.remove(place);
+                if object == SYNC_LOSS {
+                    self.supervised_ms = 0;
+                }
             }
-            self.write_anyway(object, old).await?;
-            self.borrowed.pop();
+            done = done.and(written);
         }
-        Ok(())
+        done
     }
 
-    async fn make_safe(&mut self) -> Left {
+    /// Takes the power away and gives every object its old value again, as far as the drive obeys.
+    async fn make_safe(&mut self) -> Result<(), (Cause, Left)> {
         // A late answer must not be taken for the next one, and each write counts.
         let before = self.client.settings.attempts;
         self.client.settings.attempts = before.max(3);
-        let supervised = self.supervised_ms;
-        let left = match self.power_off().await {
-            Err(_) => Left::Unknown {
-                within_ms: supervised,
-            },
-            Ok(()) => {
-                let recorder = self.stop_recording().await;
-                let borrowed = self.give_back().await;
-                let found = self.take_back().await;
-                match recorder.and(borrowed).and(found) {
-                    Ok(()) => Left::Safe,
-                    Err(_) => Left::Changed,
-                }
+        let within_ms = self.supervised_ms;
+        let off = self.power_off_by_all_means().await;
+        let done = match off {
+            Err(cause @ Cause::Unreached { statusword, .. }) => {
+                let restored = self.restore().await.is_ok();
+                let left = Left::Powered {
+                    statusword,
+                    restored,
+                };
+                Err((cause, left))
             }
+            Err(cause) => Err((cause, Left::Unknown { within_ms })),
+            Ok(()) => self.restore().await.map_err(|cause| (cause, Left::Changed)),
         };
         self.client.settings.attempts = before;
-        left
+        done
+    }
+
+    /// Gives PDOs, borrowed and found objects their old values again.
+    async fn restore(&mut self) -> Result<(), Cause> {
+        let recorder = self.stop_recording().await;
+        let borrowed = self.give_back().await;
+        let found = self.take_back().await;
+        recorder.and(borrowed).and(found)
     }
 
     async fn take_back(&mut self) -> Result<(), Cause> {
-        while let Some(change) = self.found.last().copied() {
-            self.write_anyway(change.object, change.old).await?;
-            self.found.pop();
+        let mut done: Result<(), Cause> = Ok(());
+        for place in (0..self.found.len()).rev() {
+            let change = self.found[place];
+            let written = match &done {
+                // It does not answer.
+                Err(cause) if !cause.is_refusal() => Err(cause.clone()),
+                _ => self.write_anyway(change.object, change.old).await,
+            };
+            if written.is_ok() {
+                self.found.remove(place);
+            }
+            done = done.and(written);
         }
-        Ok(())
+        done
     }
 
-    /// Gives every found object its old value again.
+    /// Gives every found object its old value again, and whatever an end that failed has left
+    /// changed.
     ///
     /// # Errors
     /// The drive did not take a value.
     pub async fn discard(&mut self) -> Result<(), ProcedureError> {
-        let done = self.take_back().await;
-        done.map_err(|cause| self.error(cause, Left::Changed))
+        self.make_safe()
+            .await
+            .map_err(|(cause, left)| ProcedureError {
+                node: self.node,
+                cause,
+                left,
+            })
     }
 
-    /// Lets the drive save what was found, entry by entry (0x1010,4); gives it.
+    /// Lets time pass between procedures and drops what comes, so that nobody waits for a program
+    /// that reads nothing.
     ///
     /// # Errors
-    /// The drive did not save an entry; those before it are saved.
-    pub async fn save(&mut self) -> Result<Vec<Change>, ProcedureError> {
-        let mut saved = Vec::new();
-        let before = self.client.settings.answer_ms;
-        // Writing into a flash takes its time.
-        self.client.settings.answer_ms = before.max(SAVE_MS);
-        while let Some(change) = self.found.first().copied() {
-            let done = self.write_anyway(SAVE_ENTRY, change.object.entry()).await;
-            if let Err(cause) = done {
-                self.client.settings.answer_ms = before;
-                return Err(self.error(cause, Left::Changed));
-            }
-            saved.push(self.found.remove(0));
-        }
-        self.client.settings.answer_ms = before;
-        Ok(saved)
-    }
-
-    fn error(&self, cause: Cause, left: Left) -> ProcedureError {
-        ProcedureError {
-            node: self.node,
-            cause,
-            left,
-        }
+    /// The link broke.
+    pub async fn idle(&mut self, ms: u64) -> Result<(), LinkError> {
+        let until = self.client.now().plus_ms(ms);
+        while self.client.receive(until).await?.is_some() {}
+        Ok(())
     }
 }
 
@@ -366,5 +399,13 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
 const SYNC_EVERY_MS: u64 = 100;
 /// How often a waiting procedure looks at the drive.
 const LOOK_MS: u64 = 50;
-/// How long a drive may take to save an entry.
-const SAVE_MS: u64 = 2_000;
+/// What moves a motor that has power, or takes the power away: it is not given its old value then.
+const ACTS_AT_ONCE: [Object; 7] = [
+    SYNC_LOSS,
+    TARGET_POSITION,
+    TARGET_VELOCITY,
+    TARGET_TORQUE,
+    VELOCITY_OFFSET,
+    TORQUE_OFFSET,
+    MAX_MOTOR_VELOCITY,
+];

@@ -28,21 +28,51 @@ struct Before {
     entries: Vec<u32>,
 }
 
+impl Before {
+    /// What brings it back: objects, numbers, and their bytes.
+    fn writes(&self) -> Vec<(Address, u32, usize)> {
+        let parameter = |sub| Address::new(self.parameter, sub);
+        let mapping = |sub| Address::new(self.parameter + 0x200, sub);
+        let mut writes = vec![
+            (parameter(1), self.cob_id | 1 << 31, 4),
+            (mapping(0), 0, 1),
+            (parameter(2), u32::from(self.transmission), 1),
+        ];
+        for (sub, entry) in (1..).zip(&self.entries) {
+            writes.push((mapping(sub), *entry, 4));
+        }
+        writes.push((mapping(0), self.entries.len() as u32, 1));
+        writes.push((parameter(1), self.cob_id, 4));
+        writes
+    }
+}
+
 /// What one SYNC gave.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sample {
     /// The number of the SYNC, from 0.
     pub(crate) number: usize,
-    /// Since the first SYNC of the recording, s.
+    /// When it was taken, s, from any origin: by the stamps of the answers where the link has some.
+    /// Else when the SYNC was sent, which may have been held up on its way.
     pub(crate) time_s: f64,
     /// In the order of the recorded objects.
     pub(crate) values: Vec<f64>,
 }
 
+/// An answer to a SYNC.
+#[derive(Clone, Debug, PartialEq)]
+struct Answer {
+    /// On the clock of whoever heard it on the bus.
+    stamp_ns: Option<u64>,
+    /// The statusword, and the recorded objects.
+    values: Vec<f64>,
+}
+
 const NUMBER: u16 = 4;
 
-/// An answer that takes longer is lost.
-const LATEST_MS: u64 = 20;
+/// An answer that takes longer is lost. A busy computer holds a program up for some tens of
+/// milliseconds; what comes then is as good, since it has a stamp.
+const LATEST_MS: u64 = 50;
 
 impl<L: Link, W: Watch> Session<'_, L, W> {
     /// Lets TPDO 4 carry the statusword and `seen` (6 bytes at most) at every SYNC, and RPDO 4
@@ -129,38 +159,23 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         }
     }
 
-    /// Gives the PDOs back as they were.
+    /// Gives the PDOs back as they were. If that fails, the next call does it once more.
     pub(crate) async fn stop_recording(&mut self) -> Result<(), Cause> {
-        let Some(recorder) = self.recorder.take() else {
+        let Some(recorder) = &self.recorder else {
             return Ok(());
         };
-        for before in &recorder.before {
-            let mapping = before.parameter + 0x200;
-            let off = before.cob_id | 1 << 31;
-            let mut writes = vec![
-                (Address::new(before.parameter, 1), off, 4),
-                (Address::new(mapping, 0), 0, 1),
-                (
-                    Address::new(before.parameter, 2),
-                    u32::from(before.transmission),
-                    1,
-                ),
-            ];
-            for (sub, entry) in (1..).zip(&before.entries) {
-                writes.push((Address::new(mapping, sub), *entry, 4));
-            }
-            writes.push((Address::new(mapping, 0), before.entries.len() as u32, 1));
-            writes.push((Address::new(before.parameter, 1), before.cob_id, 4));
-            for (object, number, bytes) in writes {
-                let data = Data::sized(&number.to_le_bytes()[..bytes]).unwrap_or(Data::EMPTY);
-                self.client.download(self.node, object, data).await?;
-            }
+        let was_started = recorder.was_started;
+        let writes: Vec<_> = recorder.before.iter().flat_map(Before::writes).collect();
+        for (object, number, bytes) in writes {
+            let data = Data::sized(&number.to_le_bytes()[..bytes]).unwrap_or(Data::EMPTY);
+            self.client.download(self.node, object, data).await?;
         }
-        if recorder.was_started {
+        if was_started {
             self.client
                 .nmt(Command::EnterPreOperational, Some(self.node))
                 .await?;
         }
+        self.recorder = None;
         Ok(())
     }
 
@@ -170,7 +185,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
         &mut self,
         set_points: Option<&[i64]>,
         ms: u64,
-    ) -> Result<Option<Vec<f64>>, Cause> {
+    ) -> Result<Option<Answer>, Cause> {
         let Some(recorder) = &self.recorder else {
             return Ok(None);
         };
@@ -199,7 +214,10 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
                     Value::Integer(value) => value as f64,
                     Value::Real(_) | Value::Text(_) => 0.0,
                 };
-                came = Some(values.into_iter().map(number).collect());
+                came = Some(Answer {
+                    stamp_ns: self.client.stamp_ns(),
+                    values: values.into_iter().map(number).collect(),
+                });
             }
         }
         Ok(came)
@@ -234,6 +252,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
     ) -> Result<Vec<Sample>, Cause> {
         let began = self.client.now();
         let mut samples: Vec<Sample> = Vec::with_capacity(count);
+        let mut first_stamp_ns = None;
         let mut sent = 0;
         for place in 0..count {
             if self.watch.stop() {
@@ -244,15 +263,23 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             };
             let due = began.plus_ms(place as u64 * ms);
             self.pass(due).await?;
-            let time_s = self.client.now().since_ns(began) as f64 * 1e-9;
+            let sent_ns = self.client.now().since_ns(began);
             let set_points = (!set_points.is_empty()).then_some(set_points.as_slice());
             sent += 1;
-            if let Some(mut values) = self.exchange(set_points, ms).await? {
+            if let Some(Answer {
+                stamp_ns,
+                mut values,
+            }) = self.exchange(set_points, ms).await?
+            {
                 let word = values.remove(0);
                 self.judge(word as u16).await?;
+                let ns = match stamp_ns {
+                    Some(stamp) => stamp.saturating_sub(*first_stamp_ns.get_or_insert(stamp)),
+                    None => sent_ns,
+                };
                 samples.push(Sample {
                     number: place,
-                    time_s,
+                    time_s: ns as f64 * 1e-9,
                     values,
                 });
             }

@@ -22,6 +22,20 @@ pub(crate) struct Run {
     pub(crate) sense: f64,
 }
 
+impl Run {
+    /// Part of the speed at which it turns round that the drive shall be limited to, so that a shaft
+    /// does not run away while a master is held up. Far enough off for the torque not to fade before
+    /// (P22).
+    pub(crate) const LIMIT: f64 = 1.5;
+
+    /// Whether the shaft may make half a turn or more in so long: nobody knows then how many it has
+    /// made.
+    pub(crate) fn is_ambiguous(&self, pause_s: f64) -> bool {
+        let way = Run::LIMIT * self.turn_round * pause_s;
+        self.wraps.is_some_and(|turn| way >= 0.5 * turn)
+    }
+}
+
 /// A sample with the torque that was commanded at its time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Driven {
@@ -29,8 +43,8 @@ pub(crate) struct Driven {
     pub(crate) sample: Sample,
     /// Per mille of rated torque.
     pub(crate) torque_pm: f64,
-    /// Since when this torque, in samples.
-    pub(crate) age: usize,
+    /// Since when this torque, s; 0 at the sample with whose SYNC it began to act.
+    pub(crate) age_s: f64,
 }
 
 /// Samples, one each millisecond, that one direction of torque may take.
@@ -106,7 +120,7 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             }
             .into());
         }
-        let mut age = 0;
+        let mut since_s = 0.0;
         let mut before = 0;
         Ok(samples
             .into_iter()
@@ -115,12 +129,14 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
                 let n = sample.number.checked_sub(1);
                 let torque = n.and_then(|n| torques.get(n)).copied();
                 let torque = torque.unwrap_or(0);
-                age = if torque == before { age + 1 } else { 0 };
+                if torque != before {
+                    since_s = sample.time_s;
+                }
                 before = torque;
                 Driven {
+                    age_s: sample.time_s - since_s,
                     sample,
                     torque_pm: torque as f64,
-                    age,
                 }
             })
             .collect())
@@ -133,6 +149,8 @@ struct Speedometer {
     run: Run,
     /// Time and place, the oldest first.
     last: Vec<(f64, f64)>,
+    /// What they gave.
+    speed: f64,
 }
 
 impl Speedometer {
@@ -140,6 +158,7 @@ impl Speedometer {
         Speedometer {
             run: *run,
             last: Vec::new(),
+            speed: 0.0,
         }
     }
 
@@ -147,6 +166,10 @@ impl Speedometer {
     fn speed(&mut self, seen: Option<&Sample>) -> f64 {
         if let Some(sample) = seen {
             let mut place = sample.values[self.run.position] * self.run.sense;
+            let pause_s = self.last.last().map_or(0.0, |(t, _)| sample.time_s - t);
+            if self.run.is_ambiguous(pause_s) {
+                self.last.clear();
+            }
             if let (Some((_, before)), Some(turn)) = (self.last.last(), self.run.wraps) {
                 place = unwrapped(place, *before, turn);
             }
@@ -156,9 +179,13 @@ impl Speedometer {
             }
         }
         match (self.last.first(), self.last.last()) {
-            (Some(from), Some(to)) if to.0 > from.0 => (to.1 - from.1) / (to.0 - from.0),
-            _ => 0.0,
+            (Some(from), Some(to)) if to.0 > from.0 => {
+                self.speed = (to.1 - from.1) / (to.0 - from.0);
+            }
+            // As far as is known.
+            _ => {}
         }
+        self.speed
     }
 }
 

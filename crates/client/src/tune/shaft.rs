@@ -26,6 +26,8 @@ const RISE_S: f64 = 0.03;
 /// Torque, per mille of rated.
 const LEAST_PM: f64 = 120.0;
 const MOST_PM: f64 = 700.0;
+/// From here on the distance of two samples is a gap, s.
+const GAP_S: f64 = 0.001_5;
 
 impl<L: Link, W: Watch> Session<'_, L, W> {
     /// Drives the shaft to and fro by torque and computes from its way what hangs on it. Ends
@@ -93,8 +95,10 @@ fn mechanics(samples: &[Sample], motor: &Motor, torque_pm: f64) -> Result<Shaft,
             let before = &samples[place - 1];
             let dt = sample.time_s - before.time_s;
             let was = [before.values[1], speed_at(samples, place - 1).signum(), 1.0];
+            // A change of torque acts from a SYNC on: over a gap the torque at its end has acted.
+            let weight = if dt < GAP_S { 0.5 } else { 1.0 };
             for n in 0..3 {
-                let mean = 0.5 * (now[n] + was[n]);
+                let mean = weight * now[n] + (1.0 - weight) * was[n];
                 twice[n] += once[n] * dt + 0.5 * mean * dt * dt;
                 once[n] += mean * dt;
             }

@@ -278,7 +278,8 @@ impl Drive {
         self.app = App::new();
         store::load(&P3.device.table, &mut self.node.image(), &self.stored).unwrap();
         let shown = u16::from(self.id.get());
-        self.node.image().set(P3.node_id.unwrap().1, shown);
+        let object = P3.node_id.unwrap();
+        self.node.image().set_raw(object.field, u32::from(shown));
         self.node.start(now);
     }
 

@@ -23,7 +23,7 @@ impl<O: OwnBehaviour, B: Body> Application<O, B> {
         if self
             .personality
             .node_id
-            .is_some_and(|(address, _)| address == object)
+            .is_some_and(|own| own.at_once && own.address == object)
         {
             // Its row has judged the range.
             self.new_node_id = NodeId::new(raw as u8);

@@ -2,6 +2,7 @@
 
 use canopen::Image;
 use cia402::Statusword;
+use control::io::Magnet;
 use personalities::own::{AxisView, Orders, OwnBehaviour};
 
 use super::{AxisPart, Common};
@@ -43,6 +44,11 @@ impl AxisPart {
             current_limited: feedback.current_limited,
             velocity_limited: feedback.velocity_limited,
             i2t_active: feedback.i2t_active,
+            conditions: self.axis.conditions(),
+            phase_adc: feedback.phase_adc,
+            phase_adc_zero: hardware.scales.current_zero,
+            magnet_is_good: self.signals.magnet == Magnet::Good,
+            output_encoder: self.signals.output_encoder,
         }
     }
 
@@ -84,12 +90,16 @@ impl AxisPart {
             self.write_controlword(common, image, word);
         }
         if orders.reset_faults {
-            self.faults.reset();
+            self.faults.reset(self.personality.faults);
         }
         self.new_command |= orders.new_demand;
         if orders.new_parameters {
             self.configure_loops(common, image);
-            self.configure(image);
+            self.configure(common.own, image);
+        }
+        if orders.new_targets {
+            self.take_targets(common, image, |_| true);
+            self.take_demand();
         }
     }
 }

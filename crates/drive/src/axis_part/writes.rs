@@ -100,15 +100,19 @@ impl AxisPart {
         let word = self.word.value();
         // A limit or rate that came in the same RPDO counts already.
         if word != self.axis.controlword().0 {
-            self.configuration = self.read_configuration(image);
+            self.configuration = self.read_configuration(common.own, image);
         }
-        let targets = self.targets(image);
+        let targets = self.targets(common.own, image);
         let actual = self.actual(common.own);
         let outcome = self
             .axis
             .write_controlword(word, &self.configuration, &targets, &actual);
         if outcome.fault_reset {
-            self.faults.reset();
+            self.faults.reset(self.personality.faults);
+            if self.faults.has_fault() {
+                // A critical one.
+                self.axis.fault();
+            }
         }
         self.take_demand();
     }
@@ -119,7 +123,7 @@ impl AxisPart {
         image: &Image<'_>,
         mode: i8,
     ) -> Verdict {
-        let targets = self.targets(image);
+        let targets = self.targets(common.own, image);
         let actual = self.actual(common.own);
         let result = self
             .axis
@@ -139,7 +143,7 @@ impl AxisPart {
         image: &Image<'_>,
         position: i32,
     ) -> Verdict {
-        let targets = self.targets(image);
+        let targets = self.targets(common.own, image);
         let actual = self.actual(common.own);
         let taken = self
             .axis

@@ -111,7 +111,7 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         targets: TargetObjects {
             position: plain(objects, 0x607A, 0),
             velocity: plain(objects, 0x60FF, 0),
-            torque: plain(objects, 0x6071, 0),
+            torque: Some(plain(objects, 0x6071, 0)),
             vl_velocity: None,
             interpolation_data: None,
             interpolation_clear: None,
@@ -199,6 +199,7 @@ pub(crate) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         }),
         rated_torque_nm: Figure::Object(scaled(objects, 0x6076, 0, 1e-3)),
         polarity: Some(objects.need(0x607E, 0)),
+        gear: None,
     }
 }
 

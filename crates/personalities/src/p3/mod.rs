@@ -15,7 +15,9 @@ use canopen::{
 use canopen::{Device, dictionary};
 
 use crate::own::OwnKind;
-use crate::{AxisPersonality, ErrorRules, FaultRow, Personality, Scaled, SupplyRules};
+use crate::{
+    AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules,
+};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -40,7 +42,8 @@ const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layou
 
 /// The P3's CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
-    short_requests: true,                     // P1, P55
+    short_requests: true, // P1, P55
+    zero_padded_writes: false,
     upload_reply: UploadReply::Unsized,       // P2
     acknowledge_data: AcknowledgeData::Zeros, // J1
     sdo: SdoTransfers::Expedited,             // l.166, l.167
@@ -50,10 +53,12 @@ pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     rpdo_sync: RpdoSync::Nth,                 // P50
     tpdo_type_0_is_cyclic: true,              // P13
     pdo_events: false,                        // P51
+    type_254_by_timer: false,
     emergencies: true,
-    emcy_inhibit: false,           // stored without effect
-    produces_sync: false,          // 0x1006 is read only
-    remote_requests: false,        // l.174
+    emcy_inhibit: false,    // stored without effect
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.174
+    tpdo_forbids_remote: false,
     extended_identifiers: false,   // l.178
     lss: false,                    // not mentioned
     tpdo_in_pre_operational: true, // P14
@@ -69,7 +74,9 @@ pub const CIA402: cia402::Dialect = cia402::Dialect {
     mode_display_cleared_on_enable: true, // P10
     ramps_on_stop: false,                 // P12, l.185
     halt_bit: false,                      // P42
-    remote_bit: false,                    // P42
+    set_points_at_once: false,
+    resting_modes: cia402::ModeSet::EMPTY,
+    remote_bit: false, // P42
     modes: axis::MODES,
 };
 
@@ -122,9 +129,15 @@ pub static P3: Personality = Personality {
     error_code: OBJECTS_CONST.optional(0x603F, 0),
     status_register: OBJECTS_CONST.optional(0x1002, 0),
     serial_number: OBJECTS_CONST.optional(0x1018, 4),
-    node_id: Some((Address::new(0x21B0, 0), OBJECTS_CONST.handle(0x21B0, 0))), // P5
-    stores_single_entry: Some(Address::new(0x1010, 4)),                        // P4
+    // P5
+    node_id: Some(NodeIdObject {
+        address: Address::new(0x21B0, 0),
+        field: OBJECTS_CONST.need(0x21B0, 0),
+        at_once: true,
+    }),
+    stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     termination: None,
     own: OwnKind::Nothing,
+    serial: None,
     host: None,
 };

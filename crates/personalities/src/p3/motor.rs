@@ -5,11 +5,11 @@ use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u16, u32};
 use canopen::{Address, Dictionary, Row};
 
-use super::scaled;
+use super::{plain, scaled};
 use crate::class::{CONTROL, TARGET_VOLTAGE};
 use crate::{
     AmplifierObjects, BridgeTimeObjects, DirectGainObjects, Figure, GainObjects, LoopObjects,
-    MotorObjects,
+    MotionLoop, MotorObjects,
 };
 
 /// A parameter of the controllers that is stored.
@@ -112,7 +112,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         terminal_resistance: Figure::Object(scaled(objects, 0x3011, 5, 0.01)),
         terminal_inductance: Figure::Object(scaled(objects, 0x3011, 6, 1e-5)),
         // gcm² × 2¹⁵.
-        rotor_inertia: Figure::Object(scaled(objects, 0x3011, 7, 1e-7 / 32768.0)),
+        rotor_inertia: Some(Figure::Object(scaled(objects, 0x3011, 7, 1e-7 / 32768.0))),
         continuous_current: Figure::Object(scaled(objects, 0x3011, 8, 1e-3)),
         peak_current: Figure::Object(scaled(objects, 0x3011, 9, 1e-3)),
         peak_time: Figure::Object(scaled(objects, 0x3011, 10, 1e-3)),
@@ -124,6 +124,7 @@ pub(crate) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         // through: below, 50 steps change nothing that is measurable.
         encoder_lag: Figure::Object(scaled(objects, 0x3013, 5, 1e-6)),
         i2t_rule: None, // P30
+        may_be_unset: false,
     }
 }
 
@@ -141,6 +142,7 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
             conversion: Figure::plain(objects.need(0x3001, 7)),
         },
         max_current: Figure::Object(scaled(objects, 0x3001, 8, 1e-3)),
+        max_of_rated_current: None,
         max_phase_voltage: Figure::Object(scaled(objects, 0x3001, 9, 1e-3)),
         current_zero: [
             Figure::plain(objects.need(0x3009, 1)),
@@ -149,14 +151,14 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
         gains: GainObjects {
             current_d: controller(objects, 1),
             current_q: controller(objects, 3),
-            velocity: LoopObjects {
+            velocity: MotionLoop::Tuned(LoopObjects {
                 direct: direct(objects, 10, 1e-3),
                 ..controller(objects, 10)
-            },
-            position: LoopObjects {
+            }),
+            position: MotionLoop::Tuned(LoopObjects {
                 direct: direct(objects, 5, 1.0),
                 ..controller(objects, 5)
-            },
+            }),
             // The manual knows velocity feed-forward only (change AR); so the position lags while the
             // speed changes.
             acceleration_feed_forward: 0.0,
@@ -168,7 +170,12 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
 const fn controller<const N: usize>(objects: &Dictionary<N>, sub: u8) -> LoopObjects {
     LoopObjects {
         bandwidth: Figure::Object(scaled(objects, 0x3019, sub, 0.1)),
-        damping: Figure::Object(scaled(objects, 0x3019, sub + 1, 1.0 / 256.0)),
+        damping: Some(Figure::Object(scaled(
+            objects,
+            0x3019,
+            sub + 1,
+            1.0 / 256.0,
+        ))),
         direct: None,
     }
 }

@@ -87,6 +87,7 @@ pub static P3_EXTENDED: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
     own: OwnKind::Nothing,
+    serial: None,
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),

@@ -83,7 +83,7 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         targets: TargetObjects {
             position: plain(objects, 0x607A, 0),
             velocity: scaled(objects, 0x60FF, 0, Q16_RAD_PER_S),
-            torque: plain(objects, 0x6074, 0),
+            torque: Some(plain(objects, 0x6074, 0)),
             vl_velocity: None,
             interpolation_data: None,
             interpolation_clear: None,
@@ -155,5 +155,6 @@ pub(super) const fn axis<const N: usize>(objects: &Dictionary<N>) -> AxisObjects
         homing: None,
         rated_torque_nm: Figure::Fixed(RATED_TORQUE_NM),
         polarity: None,
+        gear: None,
     }
 }

@@ -5,10 +5,14 @@
 //! amplifier are those of the P3 of 2019.
 
 mod axis;
+mod barrett_can;
+mod behaviour;
 mod communication;
 mod faults;
 mod motor;
 pub mod properties;
+
+pub use behaviour::{Behaviour, offers};
 
 use can::BitRate;
 use canopen::{
@@ -36,20 +40,23 @@ pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictio
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
-    short_requests: true,                    // J10
+    short_requests: true, // J10
+    zero_padded_writes: false,
     upload_reply: UploadReply::Unsized,      // l.44
     acknowledge_data: AcknowledgeData::Echo, // J1, J2, J3
     sdo: SdoTransfers::Expedited,            // l.42, l.43
     range_abort: RangeAbort::TooHighTooLow,
-    reconfigure_while_valid: true,  // l.210
-    short_mapping: true,            // J4
-    rpdo_sync: RpdoSync::Nth,       // l.123
-    tpdo_type_0_is_cyclic: true,    // l.230
-    pdo_events: false,              // J16
-    emergencies: false,             // J16
-    emcy_inhibit: false,            // J16
-    produces_sync: false,           // 0x1006 is read only
-    remote_requests: false,         // l.46
+    reconfigure_while_valid: true, // l.210
+    short_mapping: true,           // J4
+    rpdo_sync: RpdoSync::Nth,      // l.123
+    tpdo_type_0_is_cyclic: true,   // l.230
+    pdo_events: false,             // J16
+    type_254_by_timer: false,
+    emergencies: false,     // J16
+    emcy_inhibit: false,    // J16
+    produces_sync: false,   // 0x1006 is read only
+    remote_requests: false, // l.46
+    tpdo_forbids_remote: false,
     extended_identifiers: false,    // l.51
     lss: false,                     // not mentioned
     tpdo_in_pre_operational: false, // J20
@@ -65,6 +72,8 @@ pub const CIA402: cia402::Dialect = cia402::Dialect {
     mode_display_cleared_on_enable: false,
     ramps_on_stop: false,
     halt_bit: false,
+    set_points_at_once: false,
+    resting_modes: cia402::ModeSet::EMPTY,
     remote_bit: false,
     modes: axis::MODES,
 };
@@ -96,6 +105,7 @@ pub static P3_JPL: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
-    own: OwnKind::Nothing,
+    own: OwnKind::P3Jpl,
+    serial: None,
     host: None,
 };

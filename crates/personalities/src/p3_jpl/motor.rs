@@ -5,7 +5,9 @@ use canopen::row::{i16, u8, u16};
 use canopen::{Dictionary, Row};
 
 use super::properties::{ELECTRICAL_ZERO, POLES, TURN, property};
-use crate::{AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotorObjects};
+use crate::{
+    AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects,
+};
 
 const fn input(row: Row) -> Row {
     row.tpdo()
@@ -47,7 +49,7 @@ pub(super) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         torque_constant: Figure::Fixed(0.031_56),
         terminal_resistance: Figure::Fixed(13.1),
         terminal_inductance: Figure::Fixed(0.73e-3),
-        rotor_inertia: Figure::Fixed(4.45e-7),
+        rotor_inertia: Some(Figure::Fixed(4.45e-7)),
         continuous_current: Figure::Fixed(0.716),
         peak_current: Figure::Fixed(2.0),
         peak_time: Figure::Fixed(1.0),
@@ -57,6 +59,7 @@ pub(super) const fn motor<const N: usize>(objects: &Dictionary<N>) -> MotorObjec
         encoder_resolution: property(objects, TURN, 1.0),
         encoder_lag: Figure::Fixed(0.0),
         i2t_rule: None,
+        may_be_unset: false,
     }
 }
 
@@ -67,20 +70,17 @@ pub(super) const fn amplifier() -> AmplifierObjects {
         pwm_per_control: 5,
         times: BridgeTimeObjects {
             dead_time: Figure::Fixed(200.0),
-            propagation: Figure::Fixed(0.0),
-            propagation_spread: Figure::Fixed(0.0),
-            settling: Figure::Fixed(0.0),
-            sampling: Figure::Fixed(0.0),
-            conversion: Figure::Fixed(0.0),
+            ..BridgeTimeObjects::NONE
         },
         max_current: Figure::Fixed(3.5),
+        max_of_rated_current: None,
         max_phase_voltage: Figure::Fixed(27.713),
         current_zero: [Figure::Fixed(1833.0), Figure::Fixed(2071.0)],
         gains: GainObjects {
             current_d: controller(2000.0),
             current_q: controller(2000.0),
-            velocity: controller(100.0),
-            position: controller(20.0),
+            velocity: MotionLoop::Tuned(controller(100.0)),
+            position: MotionLoop::Tuned(controller(20.0)),
             acceleration_feed_forward: 0.0,
         },
     }
@@ -89,7 +89,7 @@ pub(super) const fn amplifier() -> AmplifierObjects {
 const fn controller(bandwidth_hz: f32) -> LoopObjects {
     LoopObjects {
         bandwidth: Figure::Fixed(bandwidth_hz),
-        damping: Figure::Fixed(1.0),
+        damping: Some(Figure::Fixed(1.0)),
         direct: None,
     }
 }

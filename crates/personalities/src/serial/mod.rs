@@ -16,7 +16,7 @@ mod session;
 
 use canopen::{Abort, Address};
 
-pub use row::{Action, ByMode, Command, Kind, Object, Of, Range};
+pub use row::{Action, Command, Kind, Object, Of};
 pub use session::CommandLine;
 
 /// What a personality says of its serial line.

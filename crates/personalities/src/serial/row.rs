@@ -47,11 +47,15 @@ impl Kind {
 pub enum Of {
     /// The drive has one; no number says of what.
     Drive,
+    /// It is an order that needs no value.
+    Order,
     /// Each channel has one: the number is the channel's, from 1.
     Channel,
     /// Each channel has two, in sub-indices that follow each other: the number is an element's,
     /// 1 and 2 for the first channel, 3 and 4 for the second, and so on.
     Pair,
+    /// The drive has so many, in sub-indices that follow each other: the number is an element's.
+    Elements(u8),
 }
 
 /// Where an object lies for each channel.
@@ -104,49 +108,13 @@ impl Object {
     }
 }
 
-/// Least and greatest value.
-pub type Range = (i32, i32);
-
-/// An object whose value depends on the mode in force.
-#[derive(Debug)]
-pub struct ByMode {
-    /// The object that shows the mode.
-    pub mode: Object,
-    /// Modes and the objects that are meant in them.
-    pub objects: &'static [(i8, Object)],
-    /// What is meant in all other modes.
-    pub otherwise: Object,
-}
-
-impl ByMode {
-    /// The object that is meant in this mode.
-    pub(crate) fn object(&self, mode: i64) -> Object {
-        self.objects
-            .iter()
-            .find(|(number, _)| i64::from(*number) == mode)
-            .map_or(self.otherwise, |(_, object)| *object)
-    }
-}
-
 /// What a command does.
 #[derive(Clone, Copy, Debug)]
 pub enum Action {
     /// Reads an object.
     Read(Object),
-    /// Reads the object that the mode in force names.
-    ReadByMode(&'static ByMode),
-    /// Writes an object.
+    /// Writes an object; 1 if the command is an order.
     Write(Object),
-    /// Writes two objects that stand for one value, which must lie within `range`; the second one
-    /// gets the nearest value that its type of 16 bits holds.
-    WriteBoth {
-        /// Values that are taken.
-        range: Range,
-        /// It gets the value.
-        wide: Object,
-        /// It gets what of it fits into 16 bits with a sign.
-        narrow: Object,
-    },
     /// Reads or sets whether received characters are sent back: 1 they are not, 0 they are.
     Echo,
     /// Stores all parameters.
@@ -164,19 +132,4 @@ pub struct Command {
     pub of: Of,
     /// What it does.
     pub action: Action,
-}
-
-impl Command {
-    /// How a line with it is written, for people: `!CW cc nn`.
-    pub fn syntax(&self) -> &'static str {
-        match (self.kind, self.of) {
-            (Kind::Maintenance, _) => "",
-            (Kind::Query | Kind::Get, Of::Drive) => "",
-            (Kind::Query | Kind::Get, Of::Channel) => "[cc]",
-            (Kind::Query | Kind::Get, Of::Pair) => "[ee]",
-            (Kind::Command | Kind::Set, Of::Drive) => "nn",
-            (Kind::Command | Kind::Set, Of::Channel) => "cc nn",
-            (Kind::Command | Kind::Set, Of::Pair) => "ee nn",
-        }
-    }
 }

@@ -6,7 +6,7 @@ use super::history::{Asked, History};
 use super::line::{Line, Taken};
 use super::output::Output;
 use super::request::{Numbers, Request, parse};
-use super::{Action, Command, Kind, Object, Objects, Of};
+use super::{Action, Command, Kind, Objects, Of};
 
 /// The command line of one drive.
 ///
@@ -192,10 +192,13 @@ impl CommandLine {
             }
             Kind::Command | Kind::Set => {
                 let (which, value) = match (numbers, command.of) {
+                    (Numbers::None, Of::Order) => (1, 1),
                     (Numbers::One(value), Of::Drive) => (1, value),
                     // With one channel its number may be left out.
                     (Numbers::One(value), Of::Channel) if self.channels == 1 => (1, value),
-                    (Numbers::Two(which, value), Of::Channel | Of::Pair) => (which, value),
+                    (Numbers::Two(which, value), Of::Channel | Of::Pair | Of::Elements(_)) => {
+                        (which, value)
+                    }
                     _ => return Err(Refused),
                 };
                 let which = self.which(command, which)?;
@@ -234,9 +237,10 @@ impl CommandLine {
     /// How many values a command has.
     fn values(&self, command: &Command) -> u8 {
         match command.of {
-            Of::Drive => 1,
+            Of::Drive | Of::Order => 1,
             Of::Channel => self.channels,
             Of::Pair => self.channels.saturating_mul(2),
+            Of::Elements(count) => count,
         }
     }
 
@@ -279,16 +283,11 @@ impl CommandLine {
 
     fn read(&self, command: &Command, which: u8, drive: &mut impl Objects) -> Result<i64, Refused> {
         let (channel, step) = place(command, which);
-        let object = match command.action {
-            Action::Read(object) => object,
-            Action::ReadByMode(by_mode) => {
-                let mode = drive.read(by_mode.mode.at(channel, 0))?;
-                by_mode.object(mode)
-            }
-            Action::Echo => return Ok(i64::from(!self.echoes)),
-            Action::Write(_) | Action::WriteBoth { .. } | Action::Store => return Err(Refused),
-        };
-        Ok(drive.read(object.at(channel, step))?)
+        match command.action {
+            Action::Read(object) => Ok(drive.read(object.at(channel, step))?),
+            Action::Echo => Ok(i64::from(!self.echoes)),
+            Action::Write(_) | Action::Store => Err(Refused),
+        }
     }
 
     fn write(
@@ -299,26 +298,13 @@ impl CommandLine {
         drive: &mut impl Objects,
     ) -> Result<(), Refused> {
         let (channel, step) = place(command, which);
-        let mut put = |object: Object, value: i64| drive.write(object.at(channel, step), value);
         match command.action {
-            Action::Write(object) => put(object, i64::from(value))?,
-            Action::WriteBoth {
-                range: (least, greatest),
-                wide,
-                narrow,
-            } => {
-                if value < least || value > greatest {
-                    return Err(Refused);
-                }
-                put(wide, i64::from(value))?;
-                let held = value.clamp(i32::from(i16::MIN), i32::from(i16::MAX));
-                put(narrow, i64::from(held))?;
-            }
+            Action::Write(object) => drive.write(object.at(channel, step), i64::from(value))?,
             Action::Echo => match value {
                 0 | 1 => self.echoes = value == 0,
                 _ => return Err(Refused),
             },
-            Action::Read(_) | Action::ReadByMode(_) | Action::Store => return Err(Refused),
+            Action::Read(_) | Action::Store => return Err(Refused),
         }
         Ok(())
     }
@@ -331,6 +317,7 @@ const MOST_VALUES: usize = 6;
 fn place(command: &Command, which: u8) -> (u8, u8) {
     match command.of {
         Of::Pair => (which / 2, which % 2),
-        Of::Drive | Of::Channel => (which, 0),
+        Of::Elements(_) => (0, which),
+        Of::Drive | Of::Order | Of::Channel => (which, 0),
     }
 }

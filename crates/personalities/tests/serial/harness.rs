@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use canopen::{Abort, Address, Instant};
-use personalities::roboteq::command_line::{COMMANDS, STATE_MACHINE};
+use personalities::roboteq::command_line::COMMANDS;
 use personalities::serial::{Action, CommandLine, Object, Objects, Of};
 
 /// Objects in a map: what is not there is no object.
@@ -28,7 +28,8 @@ impl Model {
         let mut model = Model::default();
         let mut add = |object: Object, of: Of| {
             let (channels, steps) = match of {
-                Of::Drive => (1, 1),
+                Of::Drive | Of::Order => (1, 1),
+                Of::Elements(count) => (1, count),
                 Of::Channel => (channels, 1),
                 Of::Pair => (channels, 2),
             };
@@ -42,17 +43,6 @@ impl Model {
         for command in COMMANDS {
             match command.action {
                 Action::Read(object) | Action::Write(object) => add(object, command.of),
-                Action::WriteBoth { wide, narrow, .. } => {
-                    add(wide, command.of);
-                    add(narrow, command.of);
-                }
-                Action::ReadByMode(by_mode) => {
-                    add(by_mode.mode, command.of);
-                    add(by_mode.otherwise, command.of);
-                    for (_, object) in by_mode.objects {
-                        add(*object, command.of);
-                    }
-                }
                 Action::Echo | Action::Store => {}
             }
         }
@@ -243,6 +233,6 @@ pub fn run(input: &[u8]) {
     while bench.line.transmit().is_some() {}
     bench.line.hang_up();
     bench.say(b"\r^ECHOF 1\r");
-    bench.drive.set(STATE_MACHINE, 0, 1);
+    bench.drive.set(0x3000, 0, 1);
     assert_eq!(bench.say(b"~FSA\r"), "FSA=1\r");
 }

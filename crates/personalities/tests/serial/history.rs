@@ -6,10 +6,10 @@ use crate::harness::Bench;
 fn number_sign_asks_the_queries_again_in_turn() {
     let mut bench = Bench::quiet(1);
     bench.drive.set(0x6041, 0, 0x250);
-    bench.drive.set(0x6077, 0, 12);
+    bench.drive.set(0x2100, 1, 12);
     assert_eq!(bench.say(b"#\r"), "");
     assert_eq!(bench.say(b"?SW_?A 1_"), "SW=592\rA=12\r");
-    bench.drive.set(0x6077, 0, 13);
+    bench.drive.set(0x2100, 1, 13);
     assert_eq!(bench.say(b"#\r"), "SW=592\r");
     assert_eq!(bench.say(b"#_"), "A=13\r");
     assert_eq!(bench.say(b"#\r#\r"), "SW=592\rA=13\r");

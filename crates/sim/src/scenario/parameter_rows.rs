@@ -1,6 +1,6 @@
 //! Every parameter of a drive's world: one row each, from which files are read and documents made.
 
-use plant::{Coupling, Parameters, Pendulum, Stops, Switch, Thermal, VIRTUAL_P3};
+use plant::{Coupling, OutputEncoder, Parameters, Pendulum, Stops, Switch, Thermal, VIRTUAL_P3};
 
 use super::parameters::Parameter;
 use super::quantity::Quantity;
@@ -108,6 +108,30 @@ macro_rules! switch {
     };
 }
 
+/// A row of the output's encoder, which is there by it.
+macro_rules! output {
+    ($path:literal, $quantity:ident, $least:expr, $most:expr, $field:ident, $what:literal) => {
+        row!(
+            $path,
+            $quantity,
+            $least,
+            $most,
+            (
+                |world| output(world).$field,
+                |world, value| {
+                    if value != 0.0 || world.output_encoder.is_some() {
+                        world.output_encoder = Some(OutputEncoder {
+                            $field: value,
+                            ..output(world)
+                        });
+                    }
+                }
+            ),
+            $what
+        )
+    };
+}
+
 const LIMIT_BELOW: Switch = Switch::below(f64::NEG_INFINITY);
 const LIMIT_ABOVE: Switch = Switch::above(f64::INFINITY);
 const NOWHERE: Switch = Switch::between(f64::INFINITY, f64::INFINITY);
@@ -131,6 +155,10 @@ fn coupling(world: &Parameters) -> Coupling {
         damping_nms: 0.0,
         backlash_rad: 0.0,
     })
+}
+
+fn output(world: &Parameters) -> OutputEncoder {
+    world.output_encoder.unwrap_or(OutputEncoder::ideal(0.0))
 }
 
 fn pendulum(world: &Parameters) -> Pendulum {
@@ -302,6 +330,30 @@ pub const PARAMETERS: &[Parameter] = &[
         "Distance of the magnet from its sensor; 1 mm is best."),
     row!("encoder.bad_answers", Share, 0.0, 100.0, encoder.bad_answers * 100.0,
         "So many of the answers have a wrong check sum."),
+    output!("encoder.output_gear", Number, -1e6, 1e6, gear,
+        "Turns of a second encoder, on the output of a gear, for one turn of the load's shaft; 0 is none."),
+    output!("encoder.output_zero", Number, -1e6, 1e6, zero_turns,
+        "Reading of the second encoder with the shaft at 0, turns."),
+    output!("encoder.output_eccentricity", Number, -0.25, 0.25, eccentricity_turns,
+        "Amplitude of the second encoder's error that repeats once a turn, turns."),
+    row!("encoder.output_counts", Whole, 1.0, 1_048_576.0,
+        (|world| f64::from(output(world).counts_per_turn), |world, value| {
+            if let Some(encoder) = &mut world.output_encoder {
+                encoder.counts_per_turn = value as u32;
+            }
+        }), "Counts of one turn of the second encoder."),
+    row!("encoder.output_reversed", Flag, 0.0, 1.0,
+        (|world| f64::from(u8::from(output(world).reversed)), |world, value| {
+            if let Some(encoder) = &mut world.output_encoder {
+                encoder.reversed = value != 0.0;
+            }
+        }), "The second encoder's reading falls when the output turns in its positive direction."),
+    row!("encoder.output_silent", Flag, 0.0, 1.0,
+        (|world| f64::from(u8::from(output(world).silent)), |world, value| {
+            if let Some(encoder) = &mut world.output_encoder {
+                encoder.silent = value != 0.0;
+            }
+        }), "The second encoder's cable is off."),
 
     row!("sensors.current_step", CurrentStep, 1e-6, 100.0, scales.current_a, "Current of one converter count."),
     row!("sensors.current_zero_a", Number, 0.0, 4095.0, current_zero_counts[0],

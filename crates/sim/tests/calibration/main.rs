@@ -1,6 +1,8 @@
 //! Calibration and tuning, blind: 200 motors that nobody knows, in virtual time. The procedures see
 //! the bus and nothing else; what they find is compared with the truth afterwards.
 
+mod busy;
+mod ends;
 mod motors;
 mod refusals;
 mod tuning;
@@ -73,12 +75,12 @@ fn calibrate(seed: u64) -> Result<Errors, String> {
             let sensor = session.calibrate_current_sensor().await?;
             let zero = session.calibrate_electrical_zero(Method::Turn).await?;
             let lag = session.calibrate_encoder_lag().await?;
-            session.save().await?;
-            Ok((sensor, zero, lag))
+            Ok((sensor, zero, lag, session.save().await))
         })
         .map_err(failed)
     };
-    let (sensor, zero, lag) = found?;
+    let (sensor, zero, lag, saved) = found?;
+    saved.map_err(|error| format!("motor {seed}: {error}"))?;
     let truth = &motor.truth;
     let bias = [0, 1].map(|n| sensor.bias[n].round() - f64::from(truth.current_zero_counts[n]));
     let turn = COUNTS / f64::from(truth.motor.pole_pairs);

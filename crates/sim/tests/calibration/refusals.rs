@@ -62,7 +62,7 @@ fn spoilt(seed: u64, trouble: Trouble) -> Result<ProcedureError, String> {
 
 /// The drive is not in operation enabled, and no current flows but what a turning shaft drives
 /// through the diodes.
-fn is_without_power(bus: &mut Bus) -> bool {
+pub(crate) fn is_without_power(bus: &mut Bus) -> bool {
     bus.run_until(bus.now().plus_ms(50));
     bus.take_traffic();
     let truth = bus.drive(NODE).unwrap().plant().truth();
@@ -124,7 +124,7 @@ const OBJECTS: [(u16, u8, DataType); 14] = [
     (0x60B2, 0, DataType::I16),
 ];
 
-fn objects(bus: &mut Bus) -> Vec<Value> {
+pub(crate) fn objects(bus: &mut Bus) -> Vec<Value> {
     let mut client = Client::new(VirtualLink::new(bus, 0));
     let read = |client: &mut Client<VirtualLink<'_>>, object: (u16, u8, DataType)| {
         let address = Address::new(object.0, object.1);

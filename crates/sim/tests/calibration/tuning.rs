@@ -50,12 +50,13 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
             let mut session = Session::new(&mut client, NODE, ());
             let velocity = session.tune_velocity(velocity).await?;
             let position = session.tune_position(position).await?;
-            session.save().await?;
-            Ok((velocity, position))
+            Ok((velocity, position, session.save().await))
         })
         .map_err(|error: ProcedureError| format!("motor {seed}: {error}"))
     };
-    let told: (Tuned, Tuned) = told?;
+    let (velocity_told, position_told, saved) = told?;
+    saved.map_err(|error| format!("motor {seed}: {error}"))?;
+    let told: (Tuned, Tuned) = (velocity_told, position_told);
     // The loop as it was tuned, on the same motor but for its cogging, which would bend the measure.
     let tuned = [5, 6, 10, 11].map(|sub| (sub, gain(&mut bus, sub)));
     let mut smooth = motor;

@@ -127,7 +127,7 @@ fn prove(personality: &'static Personality, row: &Row) {
     );
     // The state machine, latching and the end.
     match table.kind {
-        Kind::Fault => prove_fault(&mut master, row, table, &name),
+        Kind::Fault | Kind::Critical => prove_fault(&mut master, row, table, &name),
         Kind::Warning => prove_warning(&mut master, row, table, &name),
     }
     prove_disabled(personality, row, table, &name);

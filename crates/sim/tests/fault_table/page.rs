@@ -30,6 +30,7 @@ fn table(personality: &Personality) -> String {
     for row in personality.faults {
         let kind = match row.kind {
             Kind::Fault => "fault",
+            Kind::Critical => "critical fault",
             Kind::Warning => "warning",
         };
         let states = match row.states {

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use canopen::{
-    AcknowledgeData, Default, RangeAbort, Row as Object, RpdoSync, SdoTransfers, UploadReply,
+    Access, AcknowledgeData, Default, RangeAbort, Row as Object, RpdoSync, SdoTransfers,
+    UploadReply,
 };
 use cia402::Mode;
 use personalities::{Cause, FaultRow, Kind, Personality};
@@ -90,8 +91,9 @@ fn general(drives: Drives<'_>) -> Part {
         }
     };
     let objects = |drive: &Personality| {
-        let rows = drive.device.table.rows();
-        let count: u32 = rows.iter().map(|row| u32::from(row.count)).sum();
+        let rows = drive.device.table.rows().iter();
+        let seen = rows.filter(|row| row.access != Access::Internal);
+        let count: u32 = seen.map(|row| u32::from(row.count)).sum();
         count.to_string()
     };
     Part {
@@ -108,7 +110,7 @@ fn general(drives: Drives<'_>) -> Part {
 }
 
 fn modes(drives: Drives<'_>) -> Part {
-    let offered = |drive: &Personality, number| drive.cia402.modes().contains(Mode(number));
+    let offered = |drive: &Personality, number| drive.offers(number);
     let rows = (-16..16)
         .filter(|number| drives.iter().any(|drive| offered(drive, *number)))
         .map(|number| {
@@ -182,16 +184,15 @@ fn services(drives: Drives<'_>) -> Part {
             row("RPDOs", drives, |drive| run(drive, 0x1400, 512, 1)),
             row("TPDOs", drives, |drive| run(drive, 0x1800, 512, 1)),
             row("objects in a PDO", drives, |drive| {
-                let Some(row) = self::object(drive, 0x1A00, 1) else {
-                    return NONE.to_owned();
-                };
-                row.count.to_string()
+                let highest = drive.device.table.highest_sub_index(0x1A00);
+                highest.map_or(NONE.to_owned(), |highest| highest.to_string())
             }),
             row("RPDO type n is applied with", drives, rpdo_sync),
             flag("TPDO type 0 on every SYNC", |dialect| {
                 dialect.tpdo_type_0_is_cyclic
             }),
             flag("TPDOs by events", |dialect| dialect.pdo_events),
+            flag("parts of objects in PDOs", |dialect| dialect.short_mapping),
             flag("PDOs mapped while valid", |dialect| {
                 dialect.reconfigure_while_valid
             }),
@@ -203,10 +204,13 @@ fn services(drives: Drives<'_>) -> Part {
             object("heartbeat producer", 0x1017, 0),
             object("heartbeat consumer", 0x1016, 1),
             object("guarding", 0x100C, 0),
-            object("emergencies", 0x1014, 0),
+            row("emergencies", drives, |drive| {
+                yes(has(drive, 0x1014, 0) && drive.device.dialect.emergencies)
+            }),
             object("error history", 0x1003, 1),
             object("time stamp", 0x1012, 0),
             flag("LSS", |dialect| dialect.lss),
+            flag("boot-up frame", |dialect| dialect.boot_up),
             flag("operational after boot-up", |dialect| {
                 dialect.boots_to_operational
             }),
@@ -271,7 +275,8 @@ fn errors(drives: Drives<'_>) -> Part {
                     .collect()
             };
             rows.push(row(name, drives, |other| {
-                let faults: Vec<String> = same(other).iter().map(|row| error(row)).collect();
+                let faults = same(other);
+                let faults: Vec<String> = faults.iter().map(|row| error(other, row)).collect();
                 match faults.as_slice() {
                     [] => NONE.to_owned(),
                     faults => faults.join(", "),
@@ -285,12 +290,17 @@ fn errors(drives: Drives<'_>) -> Part {
     }
 }
 
-fn error(row: &FaultRow) -> String {
+/// Its code, or its bit in 0x1001 where no emergency tells a code.
+fn error(drive: &Personality, row: &FaultRow) -> String {
     let kind = match row.kind {
         Kind::Warning => "warning",
         Kind::Fault => "fault",
+        Kind::Critical => "critical fault",
     };
-    format!("0x{:04X} {kind}", row.code)
+    match drive.device.dialect.emergencies {
+        true => format!("0x{:04X} {kind}", row.code),
+        false => format!("bit {} {kind}", row.register_bit),
+    }
 }
 
 /// The name of a cause in words, and whether it is one drive's own.
@@ -389,10 +399,11 @@ mod tests {
         let parts = compare(personalities::ALL);
         for (n, drive) in personalities::ALL.iter().enumerate() {
             let count = |part: &Part| part.rows.iter().filter(|row| row.drives[n] != NONE).count();
-            let modes = (-16..16).filter(|m| drive.cia402.modes().contains(Mode(*m)));
+            let modes = (-16..16).filter(|mode| drive.offers(*mode));
+            let says = usize::from(has(drive, 0x6502, 0));
             assert_eq!(
                 count(&parts[1]),
-                modes.count() + 1,
+                modes.count() + says,
                 "{}: and 0x6502",
                 drive.name
             );

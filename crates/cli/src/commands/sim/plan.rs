@@ -9,8 +9,8 @@ use canopen::Instant;
 use personalities::Personality;
 use personalities::p3::P3;
 
-use super::{Arguments, store_message};
-use crate::{Failure, scenario_file, time_span};
+use super::{Arguments, named_drives, store_message};
+use crate::{Failure, drive_kind, scenario_file, time_span};
 
 /// The drives that there are unless somebody says.
 const USUAL_NODES: [u8; 3] = [1, 2, 3];
@@ -23,12 +23,25 @@ pub(crate) struct Plan {
     pub(crate) seed: u64,
     pub(crate) end: Instant,
     pub(crate) scenario: Option<Scenario>,
+    /// Whether each drive's kind was given with its node.
+    named: bool,
+}
+
+/// What the command line says of the drives.
+#[derive(Debug, Default)]
+struct Said {
+    /// Each drive and its kind: `--node`.
+    named: Vec<(Place, &'static Personality)>,
+    /// Where drives are: `--nodes`.
+    places: Option<Vec<Place>>,
+    /// What they are: `--drive`.
+    kind: Option<&'static Personality>,
 }
 
 impl Plan {
     /// The plan of a scenario alone.
     pub(crate) fn of_scenario(scenario: Scenario) -> Plan {
-        Plan::new(Some(scenario), None, None, None, None, None)
+        Plan::new(Some(scenario), Said::default(), None, None, None)
     }
 
     /// The plan of these arguments.
@@ -39,14 +52,36 @@ impl Plan {
             let ns = time_span::nanoseconds(time);
             Instant::ZERO.plus_ns(ns)
         });
-        let places = arguments
-            .nodes
-            .as_ref()
-            .map(|nodes| nodes.places().collect());
+        let kind = arguments
+            .drive
+            .map(|drive| drive_kind::with_channels(drive, arguments.channels))
+            .transpose()?;
+        let doubled = [
+            ("--nodes", arguments.nodes.is_some()),
+            ("--drive", arguments.drive.is_some()),
+        ];
+        if let Some((option, _)) = doubled.iter().find(|(_, is_there)| *is_there)
+            && !arguments.node.is_empty()
+        {
+            return Err(Failure::input(format!(
+                "--node and {option} both say what the drives are; leave {option} out, or all --node"
+            )));
+        }
+        let said = Said {
+            named: named_drives::all(&arguments.node).map_err(|node| {
+                Failure::input(format!(
+                    "--node names node {node} twice; name every node once"
+                ))
+            })?,
+            places: arguments
+                .nodes
+                .as_ref()
+                .map(|nodes| nodes.places().collect()),
+            kind,
+        };
         Ok(Plan::new(
             scenario,
-            places,
-            arguments.drive,
+            said,
             arguments.bit_rate,
             arguments.seed,
             end,
@@ -55,13 +90,17 @@ impl Plan {
 
     fn new(
         scenario: Option<Scenario>,
-        places: Option<Vec<Place>>,
-        drive: Option<&'static Personality>,
+        command: Said,
         bit_rate: Option<BitRate>,
         seed: Option<u64>,
         end: Option<Instant>,
     ) -> Plan {
         let said = scenario.as_ref();
+        let Said {
+            named,
+            places,
+            kind,
+        } = command;
         let places = places
             .or_else(|| {
                 said.map(Scenario::places)
@@ -71,16 +110,20 @@ impl Plan {
                 let nodes = USUAL_NODES.iter().filter_map(|n| canopen::NodeId::new(*n));
                 nodes.map(Place::of_node).collect()
             });
-        let kind = |place| {
+        let kind_of = |place| {
             let own = said.and_then(|scenario| scenario.personality_of(place));
             let all = said.and_then(|scenario| scenario.personality);
-            own.or(drive).or(all).unwrap_or(&P3)
+            own.or(kind).or(all).unwrap_or(&P3)
         };
         Plan {
-            drives: places
-                .into_iter()
-                .map(|place| (place, kind(place)))
-                .collect(),
+            named: !named.is_empty(),
+            drives: match named.is_empty() {
+                false => named,
+                true => places
+                    .into_iter()
+                    .map(|place| (place, kind_of(place)))
+                    .collect(),
+            },
             bit_rate: bit_rate
                 .or(said.and_then(|scenario| scenario.bit_rate))
                 .unwrap_or(BitRate::Mbit1),
@@ -92,17 +135,6 @@ impl Plan {
                 .unwrap_or(Instant::NEVER),
             scenario,
         }
-    }
-
-    /// The kinds of drives, each once.
-    pub(super) fn kinds(&self) -> Vec<&'static Personality> {
-        let mut kinds: Vec<&'static Personality> = Vec::new();
-        for (_, kind) in &self.drives {
-            if kinds.iter().all(|other| other.name != kind.name) {
-                kinds.push(kind);
-            }
-        }
-        kinds
     }
 
     /// Refuses what the drives cannot be.
@@ -117,7 +149,12 @@ impl Plan {
         let name = drive.name;
         let others = |can: fn(&Personality, BitRate) -> bool| {
             let able = personalities::ALL.iter().filter(|p| can(p, self.bit_rate));
-            let words: Vec<String> = able.map(|p| format!("--drive {}", p.name)).collect();
+            let words: Vec<String> = able
+                .map(|p| match self.named {
+                    true => format!("--node {place}={}", p.name),
+                    false => format!("--drive {}", p.name),
+                })
+                .collect();
             words.join(" or ")
         };
         let has_rate = |drive: &Personality, rate| drive.bit_rates.contains(&rate);

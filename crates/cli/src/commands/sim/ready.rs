@@ -1,15 +1,14 @@
 //! The line that a script waits for: which drives there are.
 
-use ::sim::Bus;
+use ::sim::{Bus, Place, VirtualDrive};
 use canopen::NodeId;
-use personalities::Personality;
 
 use crate::node_list::NodeList;
 
-/// `ready: 3 virtual p3 drives, nodes 1-3`, as the drives of `bus` have booted.
-pub(super) fn line(kinds: &[&Personality], bus: &Bus) -> String {
+/// `ready: 3 virtual p3 drives, nodes 1-3`, or `ready: 3 virtual drives, nodes 1-3: 1-2 p3, 3 md80`, as
+/// the drives of `bus` have booted.
+pub(super) fn line(bus: &Bus) -> String {
     let drives = bus.drives();
-    let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
     let mut nodes: Vec<NodeId> = drives.iter().filter_map(|drive| drive.node()).collect();
     let without = drives.len() - nodes.len();
     nodes.sort();
@@ -18,11 +17,11 @@ pub(super) fn line(kinds: &[&Personality], bus: &Bus) -> String {
         1 => "drive",
         _ => "drives",
     };
-    let mut line = format!(
-        "ready: {} virtual {} {word}",
-        drives.len(),
-        names.join(" and ")
-    );
+    let kinds = kinds(drives);
+    let mut line = match kinds.as_slice() {
+        [(kind, _)] => format!("ready: {} virtual {kind} {word}", drives.len()),
+        _ => format!("ready: {} virtual {word}", drives.len()),
+    };
     if let Some(list) = NodeList::of(&nodes) {
         let word = match nodes.len() {
             1 => "node",
@@ -32,6 +31,13 @@ pub(super) fn line(kinds: &[&Personality], bus: &Bus) -> String {
     }
     if without > 0 {
         line.push_str(&format!(", {without} without a node ID"));
+    }
+    if kinds.len() > 1 {
+        let kinds = kinds.iter();
+        let kinds: Vec<String> = kinds
+            .map(|(kind, places)| format!("{} {kind}", written(places)))
+            .collect();
+        line.push_str(&format!(": {}", kinds.join(", ")));
     }
     let by_lss: Vec<String> = drives
         .iter()
@@ -45,4 +51,26 @@ pub(super) fn line(kinds: &[&Personality], bus: &Bus) -> String {
         line.push_str(&format!("; stored by LSS: {}", by_lss.join(", ")));
     }
     line
+}
+
+/// The kinds of drives in the order of their first places, and where each is.
+fn kinds(drives: &[VirtualDrive]) -> Vec<(&'static str, Vec<Place>)> {
+    let mut kinds: Vec<(&str, Vec<Place>)> = Vec::new();
+    for drive in drives {
+        let name = drive.personality().name;
+        match kinds.iter_mut().find(|(kind, _)| *kind == name) {
+            Some((_, places)) => places.push(drive.place()),
+            None => kinds.push((name, vec![drive.place()])),
+        }
+    }
+    kinds
+}
+
+/// `1-3,5,u1`.
+fn written(places: &[Place]) -> String {
+    let nodes: Vec<NodeId> = places.iter().filter_map(|place| place.node()).collect();
+    let nodes = NodeList::of(&nodes).map(|nodes| nodes.to_string());
+    let others = places.iter().filter(|place| place.node().is_none());
+    let parts = nodes.into_iter().chain(others.map(Place::to_string));
+    parts.collect::<Vec<_>>().join(",")
 }
