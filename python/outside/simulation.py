@@ -76,6 +76,12 @@ class Simulation:
                 self.slcan_port = self._port(address, "slcan")
             else:
                 assert address == door and not rest
+        # `serial tcp://127.0.0.1:40002 node 1`, or with `/dev/pts/3`.
+        self.serial = []
+        for _ in range(options.count("--serial")):
+            word, address, *rest = self._line().split()
+            assert word == "serial" and rest[0] == "node"
+            self.serial.append(address)
 
     def _read(self):
         for line in self._process.stdout:

@@ -6,6 +6,7 @@
 //!   thread; the sockets live in a thread of their own.
 //! - [`connect`]: the other end, for a program that talks to a bus behind such a door or at an
 //!   interface, simulated or real.
+//! - [`SerialLines`]: the serial lines of simulated devices, as TCP ports or pseudo-terminals.
 //! - [`recording`]: what went over a bus, as candump's log, pcapng or MCAP.
 //!
 //! Nothing here falls back: a bus that cannot be reached is an error, never an imitation.
@@ -16,6 +17,7 @@ mod endpoint;
 mod error_frame;
 mod interface;
 pub mod recording;
+mod serial;
 mod socketcand;
 
 pub use connection::{
@@ -26,3 +28,4 @@ pub use doors::{ClientId, Doors, Event, LeaveReason, OpenError, Options, Peer, T
 pub use endpoint::{Endpoint, EndpointError, Protocol};
 pub use error_frame::ErrorFrame;
 pub use interface::InterfaceError;
+pub use serial::{NoSerialEndpoint, SerialEndpoint, SerialError, SerialEvent, SerialLines};

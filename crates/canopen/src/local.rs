@@ -49,4 +49,9 @@ impl<M: NodeMemory> Node<M> {
         self.write(address, &entry, value as u32, now, owner, &mut events)?;
         Ok(events)
     }
+
+    /// Whether an SDO client's write waits for its owner; until then there is no other.
+    pub fn is_busy(&self) -> bool {
+        self.waiting.is_some()
+    }
 }

@@ -130,9 +130,11 @@ fn one_thing_at_a_time() {
     let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     assert_eq!(bench.send(0x600 + u16::from(ID), &save), []);
     let (node, owner) = (&mut bench.node, &mut bench.owner);
+    assert!(node.is_busy());
     let busy = node.write_local(Address::new(0x2000, 1), 1, bench.now, owner);
     assert_eq!(busy.map(|_| ()), Err(Abort::DEVICE_STATE));
     node.complete(Ok(()), bench.now);
+    assert!(!node.is_busy());
     let (node, owner) = (&mut bench.node, &mut bench.owner);
     assert!(
         node.write_local(Address::new(0x2000, 1), 1, bench.now, owner)

@@ -2,7 +2,9 @@
 
 use can::Frame;
 use canopen::nmt::Reset;
-use canopen::{Abort, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store};
+use canopen::{
+    Abort, Address, Changed, Events, Image, Instant, News, Node, NodeId, NodeMemory, store,
+};
 use control::capture::Seen;
 use control::io::Signals;
 use control::{Command, Feedback, Limits, Parameters};
@@ -72,6 +74,8 @@ pub struct Comms<M, O = (), B: Body = OneAxis> {
     restart_in: u8,
     /// The controller has been off the bus since the last poll.
     was_bus_off: bool,
+    /// The host stores parameters, or puts them back.
+    is_storing: bool,
     next_tick: Instant,
 }
 
@@ -139,6 +143,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
             reset: None,
             restart_in: 0,
             was_bus_off: false,
+            is_storing: false,
             next_tick: Instant::NEVER,
         };
         Ok((comms, parameters, damage))
@@ -318,6 +323,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
         let Some(request) = self.application.storage_request.take() else {
             return self.application.own.take_reset().map(Request::Reset);
         };
+        self.is_storing = true;
         Some(match self.application.restores {
             true => Request::Restore(request),
             false => Request::Store(request),
@@ -364,8 +370,53 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Comms<M, O, B> {
 
     /// The host has stored, or could not.
     pub fn store_done(&mut self, result: Result<(), Abort>, now: Instant) {
+        self.is_storing = false;
         self.application.own.store_done(result.is_ok());
         self.node.complete(result, now);
+    }
+
+    /// An object's value, asked for by another way than CAN.
+    ///
+    /// # Errors
+    /// What an SDO upload would be answered; [`Abort::LENGTH`] for an object that is no integer.
+    pub fn read_local<H: Host>(&mut self, object: Address, host: &mut H) -> Result<i64, Abort> {
+        let application = &mut self.application;
+        self.node
+            .read_local(object, &mut Serving { application, host })
+    }
+
+    /// Writes an object by another way than CAN. What it means is in force when this returns.
+    ///
+    /// # Errors
+    /// What an SDO download would be answered; [`Abort::LENGTH`] for an object that is no integer of at
+    /// most 32 bits.
+    pub fn write_local<H: Host>(
+        &mut self,
+        object: Address,
+        value: i64,
+        now: Instant,
+        host: &mut H,
+    ) -> Result<(), Abort> {
+        let application = &mut self.application;
+        let mut serving = Serving { application, host };
+        let events = self.node.write_local(object, value, now, &mut serving)?;
+        self.handle(events, now);
+        Ok(())
+    }
+
+    /// Asks for all parameters to be stored, by another way than CAN: the next
+    /// [`Comms::take_request`].
+    ///
+    /// # Errors
+    /// [`Abort::DEVICE_STATE`] while others are being stored.
+    pub fn store_local(&mut self) -> Result<(), Abort> {
+        let asked = self.application.storage_request.is_some();
+        if asked || self.is_storing || self.node.is_busy() {
+            return Err(Abort::DEVICE_STATE);
+        }
+        self.application.storage_request = Some(store::Request::All);
+        self.application.restores = false;
+        Ok(())
     }
 
     /// The host saw something that concerns the drive's health.

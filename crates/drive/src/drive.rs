@@ -10,7 +10,7 @@ use personalities::Personality;
 use personalities::own::OwnBehaviour;
 
 use crate::body::{Body, List, OneAxis};
-use crate::{Comms, Health, Host, Made, ParameterError, PwmTiming, Request};
+use crate::{Comms, Health, Host, Local, Made, ParameterError, PwmTiming, Request};
 
 /// What the drive knows of the board it runs on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Hardware {
 /// nothing; `B` what carries it.
 #[derive(Clone, Debug)]
 pub struct Drive<M, O = (), B: Body = OneAxis> {
-    comms: Comms<M, O, B>,
+    pub(crate) comms: Comms<M, O, B>,
     axes: B::List<ControlPart>,
 }
 
@@ -220,6 +220,16 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         self.comms.is_terminated()
     }
 
+    /// Its objects, for a command line at `now`.
+    pub fn local<'a, H: Host>(
+        &'a mut self,
+        now: Instant,
+        host: &'a mut H,
+    ) -> Local<'a, M, O, B, H> {
+        self.observe();
+        Local::new(self, now, host)
+    }
+
     /// The communication half.
     pub fn comms(&self) -> &Comms<M, O, B> {
         &self.comms
@@ -241,7 +251,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         axes.map(|part| part.cascade.feedback())
     }
 
-    fn observe(&mut self) {
+    pub(crate) fn observe(&mut self) {
         for (axis, part) in self.axes.as_mut().iter_mut().enumerate() {
             self.comms.observe(
                 axis,
@@ -253,7 +263,7 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         }
     }
 
-    fn hand_over(&mut self) {
+    pub(crate) fn hand_over(&mut self) {
         for (axis, part) in self.axes.as_mut().iter_mut().enumerate() {
             part.take(&mut self.comms, axis);
         }

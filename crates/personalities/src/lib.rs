@@ -33,4 +33,6 @@ pub use objects::{
     InputFunction, InputObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects,
     ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
-pub use personality::{ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, by_name};
+pub use personality::{
+    ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, Setting, by_name,
+};

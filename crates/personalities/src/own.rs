@@ -4,7 +4,7 @@ use can::Frame;
 use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
 use cia402::{Conditions, Configuration, Demand, Mode, State, Targets};
 
-use crate::{Personality, p3_jpl, roboteq};
+use crate::{Personality, md80, p3_jpl, roboteq};
 
 /// What a drive's own behaviour sees of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -239,6 +239,8 @@ pub enum OwnKind {
     Nothing,
     /// [`p3_jpl::Behaviour`].
     P3Jpl,
+    /// [`md80::Behaviour`].
+    Md80,
     /// A Roboteq controller's.
     Roboteq,
 }
@@ -254,6 +256,8 @@ pub enum AnyOwn {
     Nothing(()),
     /// The P3 of 2016.
     P3Jpl(p3_jpl::Behaviour),
+    /// The MD80.
+    Md80(md80::Behaviour),
     /// A Roboteq controller's.
     Roboteq(roboteq::own::Roboteq),
 }
@@ -263,6 +267,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Md80(md80) => md80,
             AnyOwn::Roboteq(own) => own,
         }
     }
@@ -271,6 +276,7 @@ impl AnyOwn {
         match self {
             AnyOwn::Nothing(nothing) => nothing,
             AnyOwn::P3Jpl(jpl) => jpl,
+            AnyOwn::Md80(md80) => md80,
             AnyOwn::Roboteq(own) => own,
         }
     }
@@ -281,6 +287,7 @@ impl OwnBehaviour for AnyOwn {
         match personality.own {
             OwnKind::Nothing => AnyOwn::Nothing(()),
             OwnKind::P3Jpl => AnyOwn::P3Jpl(p3_jpl::Behaviour::new(personality, image)),
+            OwnKind::Md80 => AnyOwn::Md80(md80::Behaviour::new(personality, image)),
             OwnKind::Roboteq => AnyOwn::Roboteq(OwnBehaviour::new(personality, image)),
         }
     }

@@ -44,8 +44,19 @@ pub struct Personality {
     pub own: OwnKind,
     /// Its serial command line, if it has one.
     pub serial: Option<&'static SerialPort>,
+    /// What a commissioned drive has stored, where its defaults are those of one that knows no motor.
+    pub commissioned: &'static [Setting],
     /// Where the dictionary reaches into what carries the drive, if it does.
     pub host: Option<HostObjects>,
+}
+
+/// One stored parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// The object.
+    pub object: canopen::Address,
+    /// Its little-endian bytes.
+    pub bytes: &'static [u8],
 }
 
 /// An object that is the node ID.
@@ -65,6 +76,7 @@ impl Personality {
     pub const fn offers(&self, mode: i8) -> bool {
         match self.own {
             OwnKind::P3Jpl => p3_jpl::offers(mode),
+            OwnKind::Roboteq => roboteq::mode(mode).is_some(),
             _ => self.cia402.modes().contains(cia402::Mode(mode)),
         }
     }

@@ -19,7 +19,8 @@ use crate::medium::ErrorCounters;
 use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
-use crate::world;
+use crate::serial::SerialLine;
+use crate::{commissioned, world};
 
 /// What a virtual drive is.
 #[derive(Debug)]
@@ -45,7 +46,8 @@ pub struct DriveSettings {
 const FRICTION_SHARE: f64 = 0.02;
 
 impl DriveSettings {
-    /// A drive with the usual motor, turning freely, and an empty store in memory.
+    /// A drive with its usual motor, turning freely, and in memory what it has stored as it is delivered:
+    /// for most nothing, for one that knows no motor by itself what a commissioning has left.
     pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
         DriveSettings::at(Place::of_node(node), personality)
     }
@@ -54,6 +56,7 @@ impl DriveSettings {
     /// one. Without LSS it stays mute.
     pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
         let mut plant = world::of(personality);
+        let stored = commissioned::stored(personality);
         plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
         plant.motor.static_friction_nm *= FRICTION_SHARE;
         plant.motor.viscous_friction_nms *= FRICTION_SHARE;
@@ -62,8 +65,14 @@ impl DriveSettings {
             personality,
             plant,
             others: Vec::new(),
-            store: FlashFile::memory(Vec::new()),
+            store: FlashFile::memory(stored),
         }
+    }
+
+    /// As out of the box: with nothing stored.
+    pub fn factory(mut self) -> DriveSettings {
+        self.store = FlashFile::memory(Vec::new());
+        self
     }
 }
 
@@ -119,7 +128,7 @@ pub struct VirtualDrive {
     personality: &'static Personality,
     serial: u32,
     /// `None` while it boots, and while it has no node ID.
-    core: Option<Core>,
+    pub(crate) core: Option<Core>,
     pub(crate) processor: Processor,
     /// For each axis; there is one at least.
     pub(crate) plants: Vec<Plant<f32>>,
@@ -127,6 +136,7 @@ pub struct VirtualDrive {
     made: Vec<Parameters>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
+    pub(crate) serial_line: Option<SerialLine>,
     /// LSS has changed its bit rate; until [`VirtualDrive::take_changed_rate`].
     pub(crate) changed_rate: Option<BitRate>,
     pub(crate) latency: Latency,
@@ -167,6 +177,7 @@ impl VirtualDrive {
             made,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
+            serial_line: SerialLine::of(personality),
             changed_rate: None,
             latency,
             store: settings.store,
@@ -375,6 +386,9 @@ impl VirtualDrive {
             .min(self.boots_at)
             .min(self.store.next_work())
             .min(self.station.next_deadline());
+        if let Some(line) = &self.serial_line {
+            next = next.min(line.next_deadline());
+        }
         if let Some(core) = &self.core {
             next = next.min(core.next_deadline());
         }
@@ -435,6 +449,7 @@ impl VirtualDrive {
             self.store(request, now, notice);
         }
         self.poll_lss(now, notice);
+        self.poll_serial(now);
         self.obey(now);
         self.adopt_timing();
         self.switch_controller(now);
@@ -549,6 +564,9 @@ impl VirtualDrive {
     pub(crate) fn lose_program(&mut self) {
         self.core = None;
         self.station.power_off();
+        if let Some(line) = &mut self.serial_line {
+            line.stop();
+        }
         self.controller.silence(false);
         self.controller.clear();
         self.service_at = Instant::NEVER;
@@ -596,6 +614,9 @@ impl VirtualDrive {
                 }
                 core.start(now);
                 self.core = Some(core);
+                if let Some(line) = &mut self.serial_line {
+                    line.start();
+                }
                 self.adopt_timing();
             }
             Err(error) => notice(NoticeKind::CannotStart(error)),
@@ -633,6 +654,9 @@ impl VirtualDrive {
             }
             Err(_) => Err(Abort::OUT_OF_MEMORY),
         };
+        if let Some(line) = &mut self.serial_line {
+            line.stored(result.is_ok());
+        }
         if let Some(core) = &mut self.core {
             core.store_done(result, now);
         }

@@ -11,6 +11,7 @@
 //! can be repeated.
 mod axes;
 mod bus;
+mod commissioned;
 mod controller;
 mod data_sheet;
 mod disturbance;
@@ -33,6 +34,7 @@ mod probe;
 mod recording;
 mod replay;
 pub mod scenario;
+mod serial;
 mod spoil;
 mod store;
 mod stranger;
@@ -61,6 +63,7 @@ pub use recording::{
     write_notice,
 };
 pub use replay::{ReadError, Replayed, replay, replay_each};
+pub use serial::{SerialAct, SerialByte};
 pub use store::StoreError;
 pub use wire_act::{
     BitPlace, ImpossibleAct, NoBitPlace, NoParticipant, NoWireAct, Participant, WhichFrames,

@@ -18,6 +18,8 @@
 //! (0.020000000) client1 000#8100
 //! block 1 on 0.350000000
 //! wire 0.400000000 flip 12 181/7FF from any skip 0 times 1 seen-by all
+//! serial 1 0.500000000 3F53570D
+//! serial 1 0.600000000 hang-up
 //! end 10.000000000
 //! ```
 //!
@@ -29,6 +31,9 @@
 //! The lines `flash` are what a drive's flash held, both sets of parameters and programs, each line
 //! a stretch without erased bytes between. An earlier version wrote `stored 1 53425031…`, the newest
 //! set of parameters alone; that is read, too.
+//!
+//! `serial` is what came over a drive's serial line, from when on it was on the wire; what the drive
+//! answered is a comment.
 //!
 //! A scenario is there whole, its name in `scenario-file` and each of its lines behind `scenario`;
 //! what it did are comments, lines that begin with `#`.
@@ -52,12 +57,15 @@ use crate::notice::{Happening, Notice, NoticeKind};
 use crate::place::Place;
 use crate::probe::ProbeSample;
 use crate::scenario::{Problems, Scenario};
+use crate::serial::SerialAct;
 use crate::wire_act::WireAct;
 use crate::{BusSettings, DriveSettings};
 
 /// The name of the bus in logs.
 pub(crate) const CHANNEL: &str = "can0";
 pub(crate) const FIRST_LINE: &str = "servobus run 1";
+/// In a run file: who was at a serial line has gone.
+pub(crate) const HANG_UP: &str = "hang-up";
 /// What a comment in a run file begins with.
 pub(crate) const COMMENT: char = '#';
 
@@ -192,10 +200,7 @@ impl Recording {
         }
         for stored in &header.stored {
             for (at, bytes) in written_pieces(&stored.image) {
-                let hex = bytes.iter().fold(String::new(), |mut hex, byte| {
-                    let _ = write!(hex, "{byte:02X}");
-                    hex
-                });
+                let hex = hex(bytes);
                 writeln!(run, "flash {} {at:#06X} {hex}", stored.place)?;
             }
         }
@@ -293,6 +298,31 @@ impl Recording {
         writeln!(self.run, "wire {} {act}", seconds(at))
     }
 
+    /// Something happened at the outer end of a drive's serial line ([`crate::Bus::act_on_serial`]).
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn serial(&mut self, at: Instant, place: Place, act: &SerialAct) -> io::Result<()> {
+        let what = match act {
+            SerialAct::Bytes(bytes) => hex(bytes),
+            SerialAct::HangUp => HANG_UP.to_owned(),
+        };
+        writeln!(self.run, "serial {place} {} {what}", seconds(at))
+    }
+
+    /// A drive has sent a line over its serial line: a comment of the run file.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn serial_answer(&mut self, at: Instant, place: Place, line: &[u8]) -> io::Result<()> {
+        let line = line.escape_ascii();
+        writeln!(
+            self.run,
+            "{COMMENT} serial {place} {} answers {line}",
+            seconds(at)
+        )
+    }
+
     /// Ends the recording at the time that the run has reached. Returns the frames in the log.
     ///
     /// # Errors
@@ -365,6 +395,13 @@ fn written_pieces(image: &[u8]) -> Vec<(usize, &[u8])> {
     }
     let pieces = pieces.into_iter();
     pieces.map(|piece| (piece.start, &image[piece])).collect()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut hex, byte| {
+        let _ = write!(hex, "{byte:02X}");
+        hex
+    })
 }
 
 fn seconds(at: Instant) -> String {

@@ -15,16 +15,18 @@ use crate::flash::ERASED;
 use crate::flash_file::{CAPACITY, FlashFile};
 use crate::notice::Happening;
 use crate::place::{NoPlace, Place};
-use crate::recording::{CHANNEL, COMMENT, FIRST_LINE, RunHeader, StoredBefore, run_path};
+use crate::recording::{CHANNEL, COMMENT, FIRST_LINE, HANG_UP, RunHeader, StoredBefore, run_path};
 use crate::scenario::{Problems, Scenario};
+use crate::serial::SerialAct;
 use crate::wire_act::{NoWireAct, WireAct};
 
 /// Something that happens to a run from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Cause {
     Frame { client: u32, frame: Frame },
     Block { place: Place, blocked: bool },
     Wire(WireAct),
+    Serial { place: Place, act: SerialAct },
     End,
 }
 
@@ -136,6 +138,7 @@ pub fn replay_each(
             }
             // That its drives are there was looked at when it was read.
             Cause::Wire(act) => drop(bus.act(act)),
+            Cause::Serial { place, act } => bus.act_on_serial(place, &act),
             Cause::End => replayed.cut_off = false,
         }
     }
@@ -334,6 +337,22 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
                 .map_err(|error| (begin, error.to_string()))?;
             push(run, at, Cause::Wire(act))?;
         }
+        "serial" => {
+            let at = words.at;
+            let place = words.place()?;
+            let known = run.header.drives.iter().find(|(other, _)| *other == place);
+            if known.is_none_or(|(_, personality)| personality.serial.is_none()) {
+                let what = format!("there is no drive {place} that has a serial line");
+                return Err((at + 2, what));
+            }
+            let at = words.time()?;
+            let (column, what) = words.next("bytes or hang-up")?;
+            let act = match what {
+                HANG_UP => SerialAct::HangUp,
+                hex => SerialAct::Bytes(bytes_of(column, hex)?),
+            };
+            push(run, at, Cause::Serial { place, act })?;
+        }
         "end" => {
             let at = words.time()?;
             push(run, at, Cause::End)?;
@@ -341,7 +360,7 @@ fn read_line(run: &mut Run, line: &str) -> Result<(), Wrong> {
         _ => {
             let what = format!(
                 "'{keyword}' is no keyword of a run file: seed, bit-rate, lose, duplicate, error-frames, drive, \
-                 flash, stored, scenario-file, scenario, block, wire, end, or a frame \
+                 flash, stored, scenario-file, scenario, block, wire, serial, end, or a frame \
                  '(seconds) client1 181#00'"
             );
             return Err((1, what));

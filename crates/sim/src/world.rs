@@ -1,7 +1,7 @@
 //! Which motor and supply each documented drive has when nobody says otherwise.
 
 use personalities::Personality;
-use plant::{EC_45_FLAT_339281, Encoder, Parameters, VIRTUAL_P3};
+use plant::{EC_45_FLAT_339281, Encoder, Parameters, VIRTUAL_MD80, VIRTUAL_P3};
 
 /// A small brushless motor at 24 V, as `personalities::roboteq` is set up for, on a board that senses as
 /// a virtual P3's does. Neither motor nor board warms up: the controller's document knows no heat of the
@@ -19,6 +19,7 @@ const ROBOTEQ: Parameters = Parameters {
 pub(crate) fn of(personality: &Personality) -> Parameters {
     match personality.name {
         "roboteq" | "roboteq-2" | "roboteq-3" => ROBOTEQ,
+        "md80" => VIRTUAL_MD80,
         _ => VIRTUAL_P3,
     }
 }

@@ -538,3 +538,135 @@ fn properties_over_sdo() {
     assert_eq!(master.read(1, 0x3F00, 63), before + 3, "UPSECS");
     assert_eq!(master.read(1, 0x3F00, 82), 2, "ACCEL");
 }
+
+/// Every NMT message in every state, BarrettCAN among them.
+#[test]
+fn every_nmt_message_in_every_state() {
+    const BARRETT_CAN: u8 = 0;
+    let lead = |from: u8| -> &'static [u8] {
+        match from {
+            BARRETT_CAN => &[],
+            0x05 => &[0x01],
+            0x04 => &[0x02],
+            _ => &[0x80],
+        }
+    };
+    for from in [BARRETT_CAN, 0x05, 0x04, 0x7F] {
+        for (command, to) in [
+            (0x01, 0x05),
+            (0x02, 0x04),
+            (0x80, 0x7F),
+            (0x81, BARRETT_CAN),
+            (0x82, 0x7F),
+        ] {
+            let mut master = quiet(&[1]);
+            for command in lead(from) {
+                of(&mut master, 0, &[*command, 1]);
+            }
+            let frames = of(&mut master, 0, &[command, 1]);
+            // Told by a heartbeat at the start only, and communication starts with a reset of it.
+            let starts = from == BARRETT_CAN || command == 0x82;
+            let told = (starts && to != BARRETT_CAN).then(|| (0x701, vec![to]));
+            assert_eq!(frames, Vec::from_iter(told), "{from:02X} {command:02X}");
+            master.run_ms(50);
+            let answers_property = !of(&mut master, 1, &[3]).is_empty();
+            assert_eq!(
+                answers_property,
+                to == BARRETT_CAN,
+                "{from:02X} {command:02X}"
+            );
+            let answers_sdo = !of(&mut master, 0x601, &[0x40, 0x00, 0x10, 0x00]).is_empty();
+            assert_eq!(
+                answers_sdo,
+                matches!(to, 0x05 | 0x7F),
+                "{from:02X} {command:02X}"
+            );
+            let core = master.drive(1).core().expect("it has booted");
+            assert_eq!(core.comms().node().state() as u8, to);
+        }
+    }
+}
+
+/// From every mode to every mode, turning: the motor is free in 0 and 6 and under power in the others.
+#[test]
+fn every_mode_from_every_mode() {
+    const MODES: [u8; 6] = [0, 1, 3, 4, 6, 7];
+    for from in MODES {
+        for to in MODES {
+            let mut master = operational(&[1]);
+            master.write_i32(1, 0x60FF, 0, 30 << 16);
+            master.write_i16(1, 0x6074, 0, 30);
+            master.write(1, 0x6060, 0, &[from]);
+            master.run_ms(100);
+            let before = f64::from(master.drive(1).plant().truth().speed_rad_s);
+            master.write(1, 0x6060, 0, &[to]);
+            assert_eq!(master.read(1, 0x6061, 0), i32::from(to));
+            assert_eq!(master.read(1, 0x6060, 0), i32::from(to));
+            let core = master.drive(1).core().expect("it has booted");
+            let is_free = matches!(to, 0 | 6);
+            assert_eq!(core.comms().axis().is_powered(), !is_free, "{from} {to}");
+            master.run_ms(200);
+            let after = f64::from(master.drive(1).plant().truth().speed_rad_s);
+            match to {
+                // It coasts.
+                0 | 6 => assert!(after.abs() <= before.abs() + 0.5, "{from} {to}: {after}"),
+                // It stands, where no target has come.
+                1 | 7 => assert!(after.abs() < 2.0, "{from} {to}: {after}"),
+                3 => assert!((after - 30.0).abs() < 2.0, "{from} {to}: {after}"),
+                _ => assert!(after > before.min(29.0), "{from} {to}: {after}"),
+            }
+        }
+    }
+}
+
+/// Whatever comes, in BarrettCAN and later: it does not fall over, and answers what is right.
+#[test]
+fn garbage() {
+    let mut random = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut next = move || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        random
+    };
+    for starts in [false, true] {
+        let mut master = quiet(&[1]);
+        if starts {
+            of(&mut master, 0, &[0x01, 1]);
+        }
+        for _ in 0..20_000 {
+            let dice = next();
+            let id = match dice % 4 {
+                0 => 0x601,
+                1 => 0x001,
+                2 => 0x201,
+                _ => (dice >> 8) as u16 & 0x7FF,
+            };
+            // NMT would lead elsewhere.
+            if id == 0 {
+                continue;
+            }
+            let data = next().to_le_bytes();
+            let length = (dice >> 32) as usize % 9;
+            let mut data = data[..length].to_vec();
+            // Objects that there are, more often than not.
+            if id == 0x601 && length > 3 && dice & 0x100 != 0 {
+                let rows = personalities::p3_jpl::OBJECTS.table().rows();
+                let row = rows[(dice >> 16) as usize % rows.len()];
+                data[1..3].copy_from_slice(&row.address.index.to_le_bytes());
+                data[3] = row.address.sub;
+                data[0] = if dice & 0x200 != 0 { 0x22 } else { 0x40 };
+            }
+            master.send(id, &data);
+            master.run_us(200);
+            master.log.clear();
+        }
+        master.run_ms(2000);
+        if starts {
+            assert_eq!(master.read(1, 0x1000, 0), 0x0002_0192);
+            assert_eq!(master.read(1, 0x6041, 0), 0);
+        } else {
+            assert_eq!(property(&mut master, 1, 3), 1);
+        }
+    }
+}

@@ -494,3 +494,64 @@ fn speeds_are_cut_to_their_types() {
     assert_eq!(master.read(1, 0x60FF, 0), -500_000);
     assert_eq!(master.read_i16(1, 0x6042, 0), i16::MIN);
 }
+
+/// An event, a condition and a world name the axis; without one they mean the first.
+#[test]
+fn a_scenario_names_the_axis() {
+    use sim::scenario::Scenario;
+    use sim::{Bus, BusSettings};
+    let text = "
+        [drive.1]
+        personality = \"roboteq-2\"
+        [drive.1.axis.2.load]
+        inertia = \"100 gcm2\"
+        [[event]]
+        do = \"block-shaft\"
+        drive = 1
+        axis = 2
+        when = { axis = 2, state = \"operation enabled\" }
+        [[event]]
+        do = \"motor-supply\"
+        drive = 1
+        to = \"20 V\"
+        at = \"900 ms\"
+    ";
+    let scenario = Scenario::read("axes.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let drives = vec![DriveSettings::new(id(1), &ROBOTEQ_2)];
+    let mut settings = BusSettings::new(7, drives);
+    scenario
+        .set_up(&mut settings, canopen::Instant::ZERO.plus_ms(60_000))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut master = Master {
+        bus: Bus::new(settings),
+        log: Vec::new(),
+    };
+    master.run_ms(50);
+    let inertia = |master: &mut Master, axis: usize| {
+        master.drive(1).worlds()[axis]
+            .parameters()
+            .load
+            .inertia_kgm2
+    };
+    assert_eq!(inertia(&mut master, 0), 0.0);
+    near(inertia(&mut master, 1), 100e-7, 1e-9);
+    // With the state machine off both are in operation; the second is blocked, the first turns.
+    for channel in [1, 2] {
+        master.write_i32(1, 0x2000, channel, 200);
+    }
+    master.run_ms(700);
+    assert!(master.rpm(1) > 300.0);
+    near(master.rpm(2), 0.0, 1.0);
+    master.run_ms(300);
+    for axis in 0..2 {
+        let volts = master.drive(1).worlds()[axis].truth().bus_voltage_v;
+        near(f64::from(volts), 20.0, 0.01);
+    }
+    let wrong = text.replace("axis = 2, state", "axis = 3, state");
+    let scenario = Scenario::read("axes.toml", &wrong).unwrap_or_else(|error| panic!("{error}"));
+    let drives = vec![DriveSettings::new(id(1), &ROBOTEQ_2)];
+    let mut settings = BusSettings::new(7, drives);
+    let refused = scenario.set_up(&mut settings, canopen::Instant::ZERO.plus_ms(60_000));
+    let said = refused.expect_err("no axis 3").to_string();
+    assert!(said.contains("drive 1 has no axis 3"), "{said}");
+}

@@ -88,43 +88,71 @@ fn hint(error: &io::Error) -> &'static str {
     }
 }
 
+/// Why an address cannot be listened on.
+#[derive(Debug)]
+pub(crate) enum BindError {
+    /// Other machines can reach it, and nobody asked for that.
+    Public,
+    /// The host name means nothing here.
+    Unresolved(io::Error),
+    /// Another program listens there.
+    InUse,
+    /// The system refuses for another reason.
+    Other {
+        source: io::Error,
+        hint: &'static str,
+    },
+}
+
 /// Listens there; gives the socket and its port.
 fn listen(endpoint: &Endpoint, options: &Options) -> Result<(TcpListener, u16), OpenError> {
-    let public = || OpenError::Public {
-        endpoint: endpoint.clone(),
-    };
-    let mut addresses: Vec<SocketAddr> = (endpoint.host(), endpoint.port())
-        .to_socket_addrs()
-        .map_err(|source| OpenError::Unresolved {
-            endpoint: endpoint.clone(),
+    let endpoint_of = || endpoint.clone();
+    bind(endpoint.host(), endpoint.port(), options.public).map_err(|error| match error {
+        BindError::Public => OpenError::Public {
+            endpoint: endpoint_of(),
+        },
+        BindError::Unresolved(source) => OpenError::Unresolved {
+            endpoint: endpoint_of(),
             source,
-        })?
+        },
+        BindError::InUse => OpenError::InUse {
+            endpoint: endpoint_of(),
+        },
+        BindError::Other { source, .. } => OpenError::Listen {
+            endpoint: endpoint_of(),
+            source,
+        },
+    })
+}
+
+/// Listens at a host and a port, unless other machines could reach it and that is not wanted.
+pub(crate) fn bind(host: &str, port: u16, public: bool) -> Result<(TcpListener, u16), BindError> {
+    let mut addresses: Vec<SocketAddr> = (host, port)
+        .to_socket_addrs()
+        .map_err(BindError::Unresolved)?
         .collect();
-    if !options.public
+    if !public
         && !addresses
             .iter()
             .all(|at| at.ip().to_canonical().is_loopback())
     {
-        return Err(public());
+        return Err(BindError::Public);
     }
     // Several for a name: IPv4 first, which all clients can. Only one is tried, or a busy port
     // would quietly move the door to another address.
     addresses.sort_by_key(SocketAddr::is_ipv6);
-    let address = addresses.first().ok_or_else(|| OpenError::Unresolved {
-        endpoint: endpoint.clone(),
-        source: ErrorKind::NotFound.into(),
-    })?;
+    let address = addresses
+        .first()
+        .ok_or_else(|| BindError::Unresolved(ErrorKind::NotFound.into()))?;
     let listener = TcpListener::bind(address).and_then(|listener| {
         listener.set_nonblocking(true)?;
         let port = listener.local_addr()?.port();
         Ok((listener, port))
     });
     listener.map_err(|source| match source.kind() {
-        ErrorKind::AddrInUse => OpenError::InUse {
-            endpoint: endpoint.clone(),
-        },
-        _ => OpenError::Listen {
-            endpoint: endpoint.clone(),
+        ErrorKind::AddrInUse => BindError::InUse,
+        _ => BindError::Other {
+            hint: hint(&source),
             source,
         },
     })

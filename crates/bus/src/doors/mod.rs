@@ -41,6 +41,7 @@ mod socketcand;
 
 pub use event::{ClientId, Event, LeaveReason, Peer, Trouble};
 pub use listen::OpenError;
+pub(crate) use listen::{BindError, bind};
 
 use crate::socketcand::write_note;
 use crate::{Endpoint, Protocol};

@@ -79,7 +79,7 @@ fn check(file: &std::path::Path) -> Result<String, Failure> {
     let events = scenario.event_count();
     let plan = Plan::of_scenario(scenario);
     plan.check()?;
-    plan.settings(Disturbance::default(), None)?;
+    plan.settings(Disturbance::default(), None, false)?;
     let drives: Vec<String> = plan
         .drives
         .iter()

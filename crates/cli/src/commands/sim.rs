@@ -5,6 +5,7 @@ mod guests;
 mod named_drives;
 mod plan;
 mod ready;
+mod serial;
 mod speed;
 mod stage;
 
@@ -20,6 +21,7 @@ use personalities::Personality;
 use self::drive_list::DriveList;
 use self::named_drives::NamedDrives;
 pub(crate) use self::plan::Plan;
+use self::serial::{Serial, SerialDoor};
 use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
@@ -79,6 +81,11 @@ pub(crate) struct Arguments {
     /// `none` opens no door [default: socketcand://127.0.0.1:29536]
     #[arg(long, value_name = "ENDPOINT")]
     bus: Vec<Door>,
+    /// Offer the serial command line of a drive that has one: at tcp://HOST:PORT, or as a
+    /// pseudo-terminal, pty. It is that of the first such drive; 2=pty is that of node 2. May be
+    /// given several times
+    #[arg(long, value_name = "[ID=]ENDPOINT")]
+    serial: Vec<SerialDoor>,
     /// Listen on addresses that other machines can reach. There is no password: whoever reaches
     /// the port is on the bus.
     #[arg(long)]
@@ -121,6 +128,10 @@ pub(crate) struct Arguments {
     /// are forgotten at the end.
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
+    /// Start drives that have stored nothing as out of the box: an MD80 with zero parameters, to be
+    /// configured and calibrated, instead of commissioned for its sample motor.
+    #[arg(long)]
+    factory: bool,
 }
 
 /// An address, or none at all.
@@ -172,11 +183,15 @@ impl Arguments {
 }
 
 /// The lines that a script waits for.
-fn ready(bus: &Bus, doors: &[Endpoint]) -> String {
+fn ready(bus: &Bus, doors: &[Endpoint], serial: &[String]) -> String {
     let mut text = ready::line(bus);
     for door in doors {
         text.push('\n');
         text.push_str(&door_line(door));
+    }
+    for line in serial {
+        text.push('\n');
+        text.push_str(line);
     }
     text
 }
@@ -215,6 +230,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
              add --bus none, or leave --speed out"
         )));
     }
+    if arguments.speed == Speed::Max && !arguments.serial.is_empty() {
+        return Err(Failure::input(
+            "--speed max with --serial: simulated time cannot outrun a program outside; leave one of \
+             them out",
+        ));
+    }
     let plan = Plan::of(arguments)?;
     plan.check()?;
     let stop = Stop::watch()?;
@@ -222,7 +243,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         lose: arguments.lose,
         duplicate: arguments.duplicate,
     };
-    let mut settings = plan.settings(disturbance, arguments.store.as_deref())?;
+    let mut settings = plan.settings(disturbance, arguments.store.as_deref(), arguments.factory)?;
     settings.error_frames = arguments.error_frames;
     // The doors first: a busy port must not cost the user an earlier recording.
     let doors = match endpoints.as_slice() {
@@ -235,6 +256,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             Some(Doors::open(endpoints, &options).map_err(Failure::input)?)
         }
     };
+    let serial = Serial::open(&arguments.serial, &plan.drives, arguments.expose)?;
     let log = match &arguments.record {
         Some(path) => {
             let recording =
@@ -252,10 +274,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let addresses = doors
         .as_ref()
         .map_or(vec![], |doors| doors.addresses().to_vec());
-    let mut stage = Stage::new(Bus::new(settings), doors, log);
+    let serial_addresses = serial.as_ref().map_or(vec![], Serial::addresses);
+    let mut stage = Stage::new(Bus::new(settings), doors, serial, log);
     let began = std::time::Instant::now();
     stage.boot(end)?;
-    output::print(ready(stage.bus(), &addresses))?;
+    output::print(ready(stage.bus(), &addresses, &serial_addresses))?;
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,

@@ -10,6 +10,7 @@ mod axis;
 mod communication;
 mod internal;
 mod motor;
+mod own;
 mod sample;
 mod settings;
 mod status;
@@ -19,7 +20,8 @@ use canopen::{Address, Device, Dictionary, Row, dictionary};
 use cia402::ModeSet;
 
 pub use internal::BOARD_CURRENT_A;
-pub use sample::{SAMPLE_MOTOR, Setting};
+pub use own::Behaviour;
+pub use sample::SAMPLE_MOTOR;
 pub use settings::{REAL_RANGES, RealRange};
 pub use status::{Effect, STATUS_BITS, StatusBit};
 
@@ -95,7 +97,8 @@ pub static MD80: Personality = Personality {
     }),
     stores_single_entry: None,
     termination: None,
-    own: OwnKind::Nothing,
+    own: OwnKind::Md80,
     serial: None,
+    commissioned: SAMPLE_MOTOR,
     host: None,
 };

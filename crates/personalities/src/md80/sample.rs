@@ -3,15 +3,7 @@
 use canopen::Address;
 
 use super::internal;
-
-/// One stored parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setting {
-    /// The object.
-    pub object: Address,
-    /// Its little-endian bytes.
-    pub bytes: &'static [u8],
-}
+use crate::Setting;
 
 const fn setting(index: u16, sub: u8, bytes: &'static [u8]) -> Setting {
     Setting {

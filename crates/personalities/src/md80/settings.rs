@@ -34,8 +34,6 @@ const fn status(sub: u8, name: &'static str) -> Row {
 
 /// Index of "Motor Settings".
 pub(super) const MOTOR_SETTINGS: u16 = 0x2000;
-/// "Can Watchdog", ms. Not on the page; its bit of "Communication Status" is.
-pub(super) const WATCHDOG: Address = Address::new(0x2000, 12);
 
 /// M12: defaults of 0 lie outside the ranges and say "not configured".
 #[rustfmt::skip]
@@ -52,6 +50,7 @@ pub(super) const ROWS: &[Row] = &[
     kept(u8(0x2000, 9, "Calibration Mode").range(0, 1)),
     // M14: in force after a save and the start that follows it.
     kept(u32(0x2000, 10, "Can ID").range(1, 31).default(1)),
+    // Not on the page; its bit of "Communication Status" is.
     kept(u16(0x2000, 12, "Can Watchdog").unit("ms").range(0, 2000).default(250)),
     parameter(f32(0x2001, 1, "Kp")).asks(),
     parameter(f32(0x2001, 2, "Ki")).asks(),

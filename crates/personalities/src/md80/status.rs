@@ -3,8 +3,6 @@
 //! The page names the words; their bits are those of the maker's own tools. Emergency codes of the
 //! drive are not known: they are the standard's (CiA 402 table of error codes).
 
-use canopen::Address;
-
 use crate::{Cause, FaultRow, Kind, States, Switch};
 
 /// What a status bit does beside being shown.
@@ -66,7 +64,7 @@ pub(super) const WORDS: usize = 8;
 #[rustfmt::skip]
 pub const STATUS_BITS: &[StatusBit] = &[
     bit(1, 0, "main encoder: communication", Critical(0x7305), "the encoder does not answer, or with a wrong check sum, for 5 ms"),
-    bit(1, 1, "main encoder: wrong direction", Shown, "a calibration saw the rotor turn against the field"),
+    bit(1, 1, "main encoder: wrong direction", Never, "the encoder counts against the rotor: a calibration takes either direction"),
     bit(1, 2, "main encoder: empty table", Shown, "the drive was not calibrated"),
     bit(1, 3, "main encoder: faulty table", Shown, "a calibration found readings off by more than 5 degrees of a turn"),
     bit(1, 4, "main encoder: calibration failed", Shown, "the last calibration did not end well"),
@@ -74,11 +72,11 @@ pub const STATUS_BITS: &[StatusBit] = &[
     bit(1, 6, "main encoder: initialisation", Critical(0x7305), "the encoder did not answer at the start"),
     bit(1, 30, "main encoder: low accuracy", Shown, "a calibration found readings off by more than 1 degree of a turn"),
     bit(2, 0, "output encoder: communication", Fault(0x7306), "one is configured and does not answer"),
-    bit(2, 1, "output encoder: wrong direction", Shown, "its calibration saw it turn against the output"),
+    bit(2, 1, "output encoder: wrong direction", Never, "it counts against the output: its calibration takes either direction"),
     bit(2, 2, "output encoder: empty table", Shown, "one is configured and was not calibrated"),
     bit(2, 3, "output encoder: faulty table", Shown, "its calibration found readings off by more than 5 degrees of a turn"),
     bit(2, 4, "output encoder: calibration failed", Shown, "its last calibration did not end well"),
-    bit(2, 5, "output encoder: position invalid", Shown, "its magnet is too near or too far"),
+    bit(2, 5, "output encoder: position invalid", Never, "its magnet is too near or too far: none is simulated"),
     bit(2, 6, "output encoder: initialisation", Shown, "one is configured and did not answer at the start"),
     bit(2, 30, "output encoder: low accuracy", Shown, "its calibration found readings off by more than 1 degree of a turn"),
     bit(3, 0, "calibration: offset", Shown, "the electrical zero was not the same in both directions"),
@@ -90,7 +88,7 @@ pub const STATUS_BITS: &[StatusBit] = &[
     bit(4, 1, "bridge: overcurrent", Fault(0x2320), "the gate driver saw the current of a short circuit"),
     bit(4, 2, "bridge: general fault", Never, "the gate driver reports another fault"),
     bit(5, 0, "hardware: overcurrent", Fault(0x2310), "a measured current above 96 A"),
-    bit(5, 1, "hardware: over-voltage", Fault(0x3210), "motor supply above 56 V for 1 ms"),
+    bit(5, 1, "hardware: over-voltage", Fault(0x3210), "motor supply above 56 V"),
     bit(5, 2, "hardware: under-voltage", Fault(0x3220), "motor supply below 10 V for 10 ms"),
     bit(5, 3, "hardware: motor temperature", Fault(0x4310), "motor above 0x2000,7"),
     bit(5, 4, "hardware: MOSFET temperature", Fault(0x4210), "bridge above 100 degC"),
@@ -196,8 +194,3 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
 };
 
 const _: () = assert!(STATUS_BITS.len() <= 64 && FAULT_COUNT <= 32);
-
-/// The object of a word.
-pub(super) const fn word(sub: u8) -> Address {
-    Address::new(STATUS, sub)
-}

@@ -139,5 +139,6 @@ pub static P3: Personality = Personality {
     termination: None,
     own: OwnKind::Nothing,
     serial: None,
+    commissioned: &[],
     host: None,
 };

@@ -5,7 +5,7 @@ use canopen::Group::Application;
 use canopen::row::{i8, i16, i32, u16, u32};
 use canopen::{Address, Dictionary, Row};
 
-use super::{plain, scaled};
+use super::scaled;
 use crate::class::{CONTROL, TARGET_VOLTAGE};
 use crate::{
     AmplifierObjects, BridgeTimeObjects, DirectGainObjects, Figure, GainObjects, LoopObjects,

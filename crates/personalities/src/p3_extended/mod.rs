@@ -88,6 +88,7 @@ pub static P3_EXTENDED: Personality = Personality {
     termination: OBJECTS_CONST.optional(0x21B2, 0),
     own: OwnKind::Nothing,
     serial: None,
+    commissioned: &[],
     host: Some(HostObjects {
         data_sheet: Address::new(0x1021, 0),
         scratch: Address::new(0x2420, 0),

@@ -107,5 +107,6 @@ pub static P3_JPL: Personality = Personality {
     termination: None,
     own: OwnKind::P3Jpl,
     serial: None,
+    commissioned: &[],
     host: None,
 };

@@ -116,6 +116,7 @@ const COMMON: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     own: OwnKind::Roboteq,
+    commissioned: &[],
     host: None,
 };
 

@@ -233,6 +233,6 @@ pub fn run(input: &[u8]) {
     while bench.line.transmit().is_some() {}
     bench.line.hang_up();
     bench.say(b"\r^ECHOF 1\r");
-    bench.drive.set(0x3000, 0, 1);
+    bench.drive.set(0x30F1, 0, 1);
     assert_eq!(bench.say(b"~FSA\r"), "FSA=1\r");
 }

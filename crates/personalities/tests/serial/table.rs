@@ -1,7 +1,9 @@
 //! Each command and the objects that it means, written out once more.
 
+use canopen::Access;
 use personalities::roboteq::command_line::{COMMANDS, SERIAL};
-use personalities::serial::Kind;
+use personalities::roboteq::{ROBOTEQ, ROBOTEQ_2, ROBOTEQ_3};
+use personalities::serial::{Action, Kind, Of};
 
 use crate::harness::Bench;
 
@@ -65,28 +67,28 @@ const WRITES: &[Row] = &[
     ("!TC 2 25", YES, (0x6871, 0), 0, 25),
     ("!TSL 1 20000", YES, (0x6087, 0), 0, 20_000),
     ("!TSL 3 20000", YES, (0x7087, 0), 0, 20_000),
-    ("^FSA 1", YES, (0x3000, 0), 0, 1),
-    ("^FSA 1 1", NO, (0x3000, 0), 0, 0),
-    ("^MMOD 1 3", YES, (0x3010, 1), 0, 3),
-    ("^MMOD 3 -2", YES, (0x3010, 3), 0, -2),
-    ("^MAC 1 5000", YES, (0x3011, 1), 0, 5000),
-    ("^MAC 2 5000", YES, (0x3011, 2), 0, 5000),
-    ("^MDEC 1 5000", YES, (0x3012, 1), 0, 5000),
-    ("^MVEL 2 500", YES, (0x3013, 2), 0, 500),
-    ("^EDEC 3 5000", YES, (0x3014, 3), 0, 5000),
-    ("^OVL 300", YES, (0x3001, 1), 0, 300),
-    ("^UVL 120", YES, (0x3001, 2), 0, 120),
-    ("^OTL 70", YES, (0x3001, 3), 0, 70),
-    ("^MXRPM 1 2000", YES, (0x3015, 1), 0, 2000),
-    ("^ALIM 2 25", YES, (0x3016, 2), 0, 25),
-    ("^ELL 3 -5", YES, (0x3017, 3), 0, -5),
-    ("^EHL 3 5", YES, (0x3018, 3), 0, 5),
-    ("^CLERD 1 0", YES, (0x3019, 1), 2, 0),
+    ("^FSA 1", YES, (0x30F1, 0), 0, 1),
+    ("^FSA 1 1", NO, (0x30F1, 0), 0, 0),
+    ("^MMOD 1 3", YES, (0x3027, 1), 0, 3),
+    ("^MMOD 3 -2", YES, (0x3027, 3), 0, -2),
+    ("^MAC 1 5000", YES, (0x3033, 1), 0, 5000),
+    ("^MAC 2 5000", YES, (0x3033, 2), 0, 5000),
+    ("^MDEC 1 5000", YES, (0x3034, 1), 0, 5000),
+    ("^MVEL 2 500", YES, (0x3035, 2), 0, 500),
+    ("^EDEC 3 5000", YES, (0x30F0, 3), 0, 5000),
+    ("^OVL 300", YES, (0x30F4, 1), 0, 300),
+    ("^UVL 120", YES, (0x30F4, 2), 0, 120),
+    ("^OTL 70", YES, (0x30F4, 3), 0, 70),
+    ("^MXRPM 1 2000", YES, (0x3036, 1), 0, 2000),
+    ("^ALIM 2 25", YES, (0x302A, 2), 0, 25),
+    ("^ELL 3 -5", YES, (0x30F2, 3), 0, -5),
+    ("^EHL 3 5", YES, (0x30F3, 3), 0, 5),
+    ("^CLERD 1 0", YES, (0x3038, 1), 2, 0),
     // A kind belongs to the name.
     ("!SW 1 1", NO, (0x6041, 0), 1, 1),
     ("!A 1 1", NO, (0x2100, 1), 1, 1),
     ("!AOM 1 1", NO, (0x6061, 0), 3, 3),
-    ("!MAC 1 1", NO, (0x3011, 1), 4, 4),
+    ("!MAC 1 1", NO, (0x3033, 1), 4, 4),
     ("^CW 1 15", NO, (0x6040, 0), 4, 4),
     ("%CW 1 15", NO, (0x6040, 0), 4, 4),
     ("!XYZ 1 15", NO, (0x6040, 0), 4, 4),
@@ -119,11 +121,11 @@ const READS: &[Query] = &[
     ("?BA", "BA", [(0x210C, 1), (0x210C, 2), (0x210C, 3)]),
     ("?FM", "FM", [(0x2122, 1), (0x2122, 2), (0x2122, 3)]),
     ("?V", "V", [(0x210D, 1), (0x210D, 2), (0x210D, 3)]),
-    ("~MXRPM", "MXRPM", [(0x3015, 1), (0x3015, 2), (0x3015, 3)]),
-    ("~ALIM", "ALIM", [(0x3016, 1), (0x3016, 2), (0x3016, 3)]),
-    ("~ELL", "ELL", [(0x3017, 1), (0x3017, 2), (0x3017, 3)]),
-    ("~EHL", "EHL", [(0x3018, 1), (0x3018, 2), (0x3018, 3)]),
-    ("~CLERD", "CLERD", [(0x3019, 1), (0x3019, 2), (0x3019, 3)]),
+    ("~MXRPM", "MXRPM", [(0x3036, 1), (0x3036, 2), (0x3036, 3)]),
+    ("~ALIM", "ALIM", [(0x302A, 1), (0x302A, 2), (0x302A, 3)]),
+    ("~ELL", "ELL", [(0x30F2, 1), (0x30F2, 2), (0x30F2, 3)]),
+    ("~EHL", "EHL", [(0x30F3, 1), (0x30F3, 2), (0x30F3, 3)]),
+    ("~CLERD", "CLERD", [(0x3038, 1), (0x3038, 2), (0x3038, 3)]),
     ("?ROM", "ROM", [(0x6060, 0), (0x6860, 0), (0x7060, 0)]),
     ("?AOM", "AOM", [(0x6061, 0), (0x6861, 0), (0x7061, 0)]),
     ("?POS", "POS", [(0x607A, 0), (0x687A, 0), (0x707A, 0)]),
@@ -136,11 +138,11 @@ const READS: &[Query] = &[
     ("?VNM", "VNM", [(0x67FE, 0), (0x6FFE, 0), (0x77FE, 0)]),
     ("?A", "A", [(0x2100, 1), (0x2100, 2), (0x2100, 3)]),
     ("?RMP", "RMP", [(0x6043, 0), (0x6843, 0), (0x7043, 0)]),
-    ("~MMOD", "MMOD", [(0x3010, 1), (0x3010, 2), (0x3010, 3)]),
-    ("~MAC", "MAC", [(0x3011, 1), (0x3011, 2), (0x3011, 3)]),
-    ("~MDEC", "MDEC", [(0x3012, 1), (0x3012, 2), (0x3012, 3)]),
-    ("~MVEL", "MVEL", [(0x3013, 1), (0x3013, 2), (0x3013, 3)]),
-    ("~EDEC", "EDEC", [(0x3014, 1), (0x3014, 2), (0x3014, 3)]),
+    ("~MMOD", "MMOD", [(0x3027, 1), (0x3027, 2), (0x3027, 3)]),
+    ("~MAC", "MAC", [(0x3033, 1), (0x3033, 2), (0x3033, 3)]),
+    ("~MDEC", "MDEC", [(0x3034, 1), (0x3034, 2), (0x3034, 3)]),
+    ("~MVEL", "MVEL", [(0x3035, 1), (0x3035, 2), (0x3035, 3)]),
+    ("~EDEC", "EDEC", [(0x30F0, 1), (0x30F0, 2), (0x30F0, 3)]),
 ];
 
 #[test]
@@ -188,10 +190,10 @@ fn what_the_drive_has_once() {
     let rows = [
         ("?FS", "FS", (0x2111, 0)),
         ("?FF", "FF", (0x2112, 0)),
-        ("~FSA", "FSA", (0x3000, 0)),
-        ("~OVL", "OVL", (0x3001, 1)),
-        ("~UVL", "UVL", (0x3001, 2)),
-        ("~OTL", "OTL", (0x3001, 3)),
+        ("~FSA", "FSA", (0x30F1, 0)),
+        ("~OVL", "OVL", (0x30F4, 1)),
+        ("~UVL", "UVL", (0x30F4, 2)),
+        ("~OTL", "OTL", (0x30F4, 3)),
     ];
     for (line, name, (index, sub)) in rows {
         bench.drive.set(index, sub, 7);
@@ -308,4 +310,46 @@ fn the_table_is_complete_and_without_doubles() {
 #[test]
 fn a_byte_takes_86_microseconds() {
     assert_eq!(SERIAL.byte_ns(), 86_806);
+}
+
+/// Every object that a command means is there for each channel, an integer, and can be read or written.
+#[test]
+fn every_command_has_its_objects_in_every_controller() {
+    for controller in [&ROBOTEQ, &ROBOTEQ_2, &ROBOTEQ_3] {
+        let port = controller.serial.expect("a serial line");
+        let channels = u8::try_from(controller.axes.len()).expect("a few");
+        let mut checked = 0;
+        for command in port.commands {
+            let (object, writes) = match command.action {
+                Action::Read(object) => (object, false),
+                Action::Write(object) => (object, true),
+                Action::Echo | Action::Store => continue,
+            };
+            let (channels, steps) = match command.of {
+                Of::Drive | Of::Order => (1, 1),
+                Of::Channel => (channels, 1),
+                Of::Pair => (channels, 2),
+                Of::Elements(count) => (1, count),
+            };
+            for channel in 0..channels {
+                for step in 0..steps {
+                    let at = object.at(channel, step);
+                    let mut rows = controller.device.table.rows().iter();
+                    let row = rows.find(|row| {
+                        row.address.index == at.index
+                            && (row.address.sub..row.address.sub + row.count).contains(&at.sub)
+                    });
+                    let row = row.unwrap_or_else(|| panic!("{} {at}", command.name));
+                    assert!(row.data_type.bounds().is_some(), "{} {at}", command.name);
+                    let may_not = match writes {
+                        true => matches!(row.access, Access::Constant | Access::ReadOnly),
+                        false => row.access == Access::WriteOnly,
+                    };
+                    assert!(!may_not, "{} {at}", command.name);
+                    checked += 1;
+                }
+            }
+        }
+        assert!(checked > 60, "{checked}");
+    }
 }

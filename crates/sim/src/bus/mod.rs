@@ -129,6 +129,10 @@ impl Bus {
         &self.drives
     }
 
+    pub(crate) fn drives_mut(&mut self) -> &mut [VirtualDrive] {
+        &mut self.drives
+    }
+
     /// The first drive that has that node ID now.
     pub fn drive(&mut self, node: NodeId) -> Option<&mut VirtualDrive> {
         self.due_is_stale = true;

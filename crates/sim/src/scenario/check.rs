@@ -6,6 +6,7 @@ use plant::{Invalid, SwitchName};
 use super::Scenario;
 use super::acts::Act;
 use super::conditions::Condition;
+use super::drives::DriveSection;
 use super::event::{Event, Target, Trigger};
 use super::parameters::Parameter;
 use super::problem::{Findings, Span};
@@ -26,6 +27,8 @@ pub(super) fn contradictions(events: &[Event], findings: &mut Findings<'_>) {
                 (Target::All, _) | (_, Target::All) => true,
                 (one, other) => one == other,
             };
+            let axis = |event: &Event| event.axis.as_ref().map_or(1, |axis| axis.value);
+            let meet = meet && axis(earlier) == axis(later);
             if earlier.trigger == Trigger::At(at)
                 && meet
                 && !later.kind.thing.is_empty()
@@ -85,6 +88,33 @@ pub(super) fn cast(
         }
     }
     for event in scenario.events.iter() {
+        let meant = |drive: &&DriveSettings| match event.target.value {
+            Target::One(place) => drive.place == place,
+            Target::All => true,
+            Target::Bus | Target::Outside => false,
+        };
+        let mut all = vec![(event.axis.as_ref(), drives.iter().find(meant))];
+        if let Trigger::When(when) = &event.trigger {
+            let of = when.drive.as_ref().map(|drive| drive.value);
+            let seen = drives.iter().find(|drive| Some(drive.place) == of);
+            all.push((when.axis.as_ref(), seen));
+        }
+        for (axis, drive) in all {
+            let (Some(axis), Some(drive)) = (axis, drive) else {
+                continue;
+            };
+            let number = drive.personality.axes.len();
+            if usize::from(axis.value) > number {
+                let what = format!("drive {} has no axis {}", drive.place, axis.value);
+                let remedy = match number {
+                    1 => "it has one; leave axis out".to_owned(),
+                    _ => format!("it has {number}"),
+                };
+                findings.push(&axis.span, what, remedy);
+            }
+        }
+    }
+    for event in scenario.events.iter() {
         if let Trigger::At(at) = event.trigger
             && Instant(at) >= end
         {
@@ -99,6 +129,7 @@ pub(super) fn cast(
     for section in &scenario.drives {
         for drive in drives.iter().filter(|drive| section.is_of(drive.place)) {
             section.check_stored(drive.personality, findings);
+            section.check_axes(drive, findings);
         }
     }
 }
@@ -156,6 +187,22 @@ pub(super) fn world(
         }
     }
     drive.plant = plant;
+    let most = own().map(DriveSection::most_axes).max().unwrap_or(1);
+    if most > 1 {
+        let mut all = drive.plants();
+        for (axis, world) in (2..).zip(all.iter_mut().skip(1)) {
+            for section in own() {
+                section.change_axis(axis, world);
+            }
+            if let Err(invalid) = world.check() {
+                let span = own().last().map_or(0..0, |section| section.span.clone());
+                let what = format!("no axis {axis} can be like this: {}", words(invalid));
+                let remedy = "`servobus scenario parameters` lists what there may be";
+                findings.push(&span, what, remedy);
+            }
+        }
+        drive.others = all.split_off(1);
+    }
 }
 
 /// Switches that a drive does not have, and inputs that belong to one.
@@ -249,7 +296,7 @@ fn words(invalid: Invalid) -> String {
 pub(super) fn watched_place(event: &Event) -> Option<Place> {
     match &event.trigger {
         Trigger::When(when) => match &when.condition {
-            Condition::Drive(place, sight) if sight.is_of_the_shaft() => Some(*place),
+            Condition::Drive(place, _, sight) if sight.is_of_the_shaft() => Some(*place),
             _ => None,
         },
         _ => None,

@@ -49,7 +49,7 @@ pub const CONDITIONS: &[(&str, &str, &str)] = &[
     (
         "state",
         "\"operation enabled\"",
-        "The drive enters this state of CiA 402.",
+        "The drive enters this state of CiA 402. `axis` is the one of several that is looked at, here and above.",
     ),
     ("nmt", "\"operational\"", "The node enters this NMT state."),
 ];
@@ -96,13 +96,16 @@ pub(super) enum Condition {
     Frame(FramePattern),
     /// An emergency message with this error code, of this drive.
     Emergency(Place, u16),
-    Drive(Place, Sight),
+    /// Something is seen in this axis of a drive, from 1.
+    Drive(Place, u8, Sight),
 }
 
 /// The condition of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct When {
     pub(super) condition: Condition,
+    /// The axis that it names, and where.
+    pub(super) axis: Option<Read<u8>>,
     /// The drive that it names, and where.
     pub(super) drive: Option<Read<Place>>,
     /// It counts from this time on.
@@ -140,6 +143,8 @@ impl When {
     ) -> Option<When> {
         let mut section = Section::of(value, "a condition", FORM, findings)?;
         let nth = section.whole("nth", 1..=u64::from(u32::MAX), findings);
+        let axis = section.whole("axis", 1..=9, findings);
+        let axis = axis.map(|read| read.map(|axis| axis as u8));
         let named = section.take("drive");
         let form = "write a drive, as in 1 or \"u1\"";
         let named = named.and_then(|value| place(value, form, findings));
@@ -151,7 +156,8 @@ impl When {
             .collect();
         let condition = match present[..] {
             [] => {
-                let unknown = section.entries().len() > usize::from(named.is_some());
+                let known = usize::from(named.is_some()) + usize::from(axis.is_some());
+                let unknown = section.entries().len() > known;
                 if !unknown {
                     let what = "this condition says nothing";
                     findings.push(&section.span, what, FORM);
@@ -185,6 +191,7 @@ impl When {
                 return None;
             }
             return Some(When {
+                axis: None,
                 drive: pattern.drive(),
                 condition: Condition::Frame(pattern),
                 nth: nth.map_or(1, |nth| nth.value as u32),
@@ -198,10 +205,14 @@ impl When {
         let condition = match kind {
             Kind::Frame(_) => return None,
             Kind::Emergency(code) => Condition::Emergency(drive.value, code),
-            Kind::Sight(sight) => Condition::Drive(drive.value, sight),
+            Kind::Sight(sight) => {
+                let axis = axis.as_ref().map_or(1, |axis| axis.value);
+                Condition::Drive(drive.value, axis, sight)
+            }
         };
         Some(When {
             condition,
+            axis,
             drive: Some(drive),
             nth: nth.map_or(1, |nth| nth.value as u32),
         })
@@ -264,10 +275,13 @@ pub(super) struct Before {
 impl Before {
     /// Whether the condition has come true since the last look. A position must have been on the
     /// other side; all else also counts if it is true at the first look.
-    pub(super) fn look(&mut self, sight: Sight, drive: &VirtualDrive) -> bool {
+    pub(super) fn look(&mut self, sight: Sight, drive: &VirtualDrive, axis: usize) -> bool {
+        let Some(world) = drive.worlds().get(axis) else {
+            return false;
+        };
         let holds = match sight {
             Sight::Position { turns, direction } => {
-                let now = drive.world().truth().position_turns();
+                let now = world.truth().position_turns();
                 let Some(before) = self.turns.replace(now) else {
                     return false;
                 };
@@ -280,18 +294,19 @@ impl Before {
                 };
             }
             Sight::Speed { rad_s, above } => {
-                let speed = f64::from(drive.world().truth().speed_rad_s).abs();
+                let speed = f64::from(world.truth().speed_rad_s).abs();
                 if above { speed > rad_s } else { speed < rad_s }
             }
             Sight::Current { a, above } => {
-                let phases = drive.world().truth().phase_current_a;
+                let phases = world.truth().phase_current_a;
                 let squares: f64 = phases.iter().map(|i| f64::from(*i).powi(2)).sum();
                 let amplitude = (squares * 2.0 / 3.0).sqrt();
                 if above { amplitude > a } else { amplitude < a }
             }
             Sight::State(state) => drive
                 .core()
-                .is_some_and(|core| core.comms().axis().state() == state),
+                .and_then(|core| core.comms().axes().nth(axis))
+                .is_some_and(|axis| axis.state() == state),
             Sight::Nmt(state) => drive
                 .core()
                 .is_some_and(|core| core.comms().node().state() == state),

@@ -29,6 +29,8 @@ pub(super) struct DriveSection {
     hidden_truth: bool,
     /// Parameters that are random.
     spreads: Vec<(&'static Parameter, Read<truth::Spread>)>,
+    /// Parameters that are given for a further axis, from 2 on.
+    axes: Vec<(Read<u8>, &'static Parameter, Read<f64>)>,
     /// Objects that are stored before the start.
     stored: Vec<(Address, Read<u64>)>,
     /// Where that stands.
@@ -41,6 +43,11 @@ pub const DRIVE_KEYS: &[(&str, &str, &str)] = &[
         "personality",
         "\"p3-extended\"",
         "Which drive it is; `servobus od NAME` lists its objects.",
+    ),
+    (
+        "axis",
+        "{ 2 = { load.inertia = \"10 gcm2\" } }",
+        "What the world of another axis (motor channel) of a drive with several has otherwise than the first one's, which is what stands in the tables below.",
     ),
     (
         "spread",
@@ -92,23 +99,9 @@ impl DriveSection {
         let form = "write [drive.1] with its keys below";
         let mut section = Section::of(value, "a drive", form, findings)?;
         let personality = personality(&mut section, findings);
-        let mut given = Vec::new();
-        for name in section_names() {
-            if let Some(value) = section.take(name) {
-                read_parameters(name, value, findings, &mut |parameter, value, findings| {
-                    let none = matches!(value.get_ref(), DeValue::String(word) if word == "none");
-                    if none && parameter.may_be_none() {
-                        let (value, span) = (parameter.default(), value.span());
-                        given.push((parameter, Read { value, span }));
-                        return;
-                    }
-                    let range = parameter.least..=parameter.most;
-                    if let Some(read) = read_quantity(value, parameter.quantity, range, findings) {
-                        given.push((parameter, read));
-                    }
-                });
-            }
-        }
+        let mut given = read_world(&mut section, findings);
+        let axes = section.take("axis");
+        let mut axes = axes.map_or_else(Vec::new, |value| read_axes(value, findings));
         let mut spreads = Vec::new();
         if let Some(value) = section.take("spread") {
             read_spreads(value, findings, &mut spreads);
@@ -119,6 +112,7 @@ impl DriveSection {
         // In the order of the rows: some speak of what others have made.
         let row = |parameter: &Parameter| PARAMETERS.iter().position(|p| p.path == parameter.path);
         given.sort_by_key(|(parameter, _)| row(parameter));
+        axes.sort_by_key(|(axis, parameter, _)| (axis.value, row(parameter)));
         let hidden_truth = section.flag("hidden_truth", findings);
         section.finish(&[], findings);
         Some(DriveSection {
@@ -128,6 +122,7 @@ impl DriveSection {
             given,
             hidden_truth: hidden_truth.is_some_and(|flag| flag.value),
             spreads,
+            axes,
             stored_span: stored_span.filter(|_| !stored.is_empty()),
             stored,
         })
@@ -155,6 +150,32 @@ impl DriveSection {
     /// Where it says what is stored, if it does.
     pub(super) fn stored_span(&self) -> Option<&Span> {
         self.stored_span.as_ref()
+    }
+
+    /// The last axis that it speaks of.
+    pub(super) fn most_axes(&self) -> u8 {
+        let axes = self.axes.iter().map(|(axis, ..)| axis.value);
+        axes.max().unwrap_or(1)
+    }
+
+    /// Changes the world of a further axis, which was as the first.
+    pub(super) fn change_axis(&self, axis: u8, world: &mut Parameters) {
+        for (own, parameter, read) in &self.axes {
+            if own.value == axis {
+                parameter.give(world, read.value);
+            }
+        }
+    }
+
+    /// Complains of axes that a drive does not have.
+    pub(super) fn check_axes(&self, drive: &DriveSettings, findings: &mut Findings<'_>) {
+        let number = drive.personality.axes.len();
+        for (axis, ..) in &self.axes {
+            if usize::from(axis.value) > number {
+                let what = format!("drive {} has no axis {}", drive.place, axis.value);
+                findings.push(&axis.span, what, format!("the last it has is {number}"));
+            }
+        }
     }
 
     /// Where a parameter of that path is given.
@@ -237,6 +258,61 @@ impl DriveSection {
         settings.store = FlashFile::memory(bytes);
         true
     }
+}
+
+/// The parameters of a world.
+fn read_world(
+    section: &mut Section<'_>,
+    findings: &mut Findings<'_>,
+) -> Vec<(&'static Parameter, Read<f64>)> {
+    let mut given = Vec::new();
+    for name in section_names() {
+        if let Some(value) = section.take(name) {
+            read_parameters(name, value, findings, &mut |parameter, value, findings| {
+                let none = matches!(value.get_ref(), DeValue::String(word) if word == "none");
+                if none && parameter.may_be_none() {
+                    let (value, span) = (parameter.default(), value.span());
+                    given.push((parameter, Read { value, span }));
+                    return;
+                }
+                let range = parameter.least..=parameter.most;
+                if let Some(read) = read_quantity(value, parameter.quantity, range, findings) {
+                    given.push((parameter, read));
+                }
+            });
+        }
+    }
+    given
+}
+
+/// `[drive.1.axis.2]`.
+fn read_axes(
+    value: Value<'_>,
+    findings: &mut Findings<'_>,
+) -> Vec<(Read<u8>, &'static Parameter, Read<f64>)> {
+    const FORM: &str = "write the axis's number, from 2 on, as in [drive.1.axis.2.load]";
+    let Some(section) = Section::of(value, "'axis'", FORM, findings) else {
+        return Vec::new();
+    };
+    let mut list = Vec::new();
+    for (key, span, value) in section.entries() {
+        let Some(axis) = key.parse().ok().filter(|axis| (2..=9).contains(axis)) else {
+            findings.push(&span, format!("'{key}' is no further axis"), FORM);
+            continue;
+        };
+        let Some(mut world) = Section::of(value, "an axis", FORM, findings) else {
+            continue;
+        };
+        for (parameter, read) in read_world(&mut world, findings) {
+            let axis = Read {
+                value: axis,
+                span: span.clone(),
+            };
+            list.push((axis, parameter, read));
+        }
+        world.finish(&[], findings);
+    }
+    list
 }
 
 /// Stands for a node ID that LSS will give.

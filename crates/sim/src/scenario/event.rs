@@ -55,6 +55,9 @@ pub(super) struct Event {
     pub(super) every_ns: Option<u64>,
     pub(super) times: Times,
     pub(super) target: Read<Target>,
+    /// Upon which axis of a drive that has several, from 1; none was named: the first, or all where
+    /// they share the thing.
+    pub(super) axis: Option<Read<u8>>,
     pub(super) kind: &'static ActKind,
     pub(super) act: Act,
     /// Which of several things of one kind it is about, as a phase.
@@ -84,6 +87,11 @@ pub const EVENT_KEYS: &[(&str, &str, &str)] = &[
         "drive",
         "1",
         "Upon which drive: 1, \"u1\" or \"all\"; for what is done to a connection also \"outside\". Not for what is done to the bus.",
+    ),
+    (
+        "axis",
+        "2",
+        "Upon which axis (motor channel) of a drive that has several. The first, if it does not say; supplies and the surroundings are then those of all.",
     ),
     (
         "do",
@@ -156,6 +164,8 @@ impl Draft {
             }),
             _ => Self::target(&mut section, kind, findings),
         };
+        let axis = section.whole("axis", 1..=9, findings);
+        let axis = axis.map(|read| read.map(|axis| axis as u8));
         let trigger = Self::trigger(&mut section, target.as_ref(), findings);
         let delay = section.time_ns("delay", 0, findings);
         let every = section.time_ns("every", 1_000, findings);
@@ -177,7 +187,7 @@ impl Draft {
             let all: Vec<&str> = ACTS
                 .iter()
                 .flat_map(|kind| kind.arguments.iter().map(Argument::key))
-                .chain(["for", "drive"])
+                .chain(["for", "drive", "axis"])
                 .collect();
             section.finish(&all, findings);
         }
@@ -225,6 +235,7 @@ impl Draft {
             every_ns: every.map(|every| every.value),
             times,
             target,
+            axis,
             kind,
             act: (kind.build)(&arguments),
             detail: arguments.detail(),

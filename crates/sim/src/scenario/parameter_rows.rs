@@ -338,20 +338,23 @@ pub const PARAMETERS: &[Parameter] = &[
         "Amplitude of the second encoder's error that repeats once a turn, turns."),
     row!("encoder.output_counts", Whole, 1.0, 1_048_576.0,
         (|world| f64::from(output(world).counts_per_turn), |world, value| {
-            if let Some(encoder) = &mut world.output_encoder {
-                encoder.counts_per_turn = value as u32;
+            if value != f64::from(output(world).counts_per_turn) {
+                let counts_per_turn = value as u32;
+                world.output_encoder = Some(OutputEncoder { counts_per_turn, ..output(world) });
             }
         }), "Counts of one turn of the second encoder."),
     row!("encoder.output_reversed", Flag, 0.0, 1.0,
         (|world| f64::from(u8::from(output(world).reversed)), |world, value| {
-            if let Some(encoder) = &mut world.output_encoder {
-                encoder.reversed = value != 0.0;
+            if value != 0.0 || world.output_encoder.is_some() {
+                let reversed = value != 0.0;
+                world.output_encoder = Some(OutputEncoder { reversed, ..output(world) });
             }
         }), "The second encoder's reading falls when the output turns in its positive direction."),
     row!("encoder.output_silent", Flag, 0.0, 1.0,
         (|world| f64::from(u8::from(output(world).silent)), |world, value| {
-            if let Some(encoder) = &mut world.output_encoder {
-                encoder.silent = value != 0.0;
+            if value != 0.0 || world.output_encoder.is_some() {
+                let silent = value != 0.0;
+                world.output_encoder = Some(OutputEncoder { silent, ..output(world) });
             }
         }), "The second encoder's cable is off."),
 

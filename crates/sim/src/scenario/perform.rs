@@ -35,7 +35,7 @@ impl Doing {
             } else if let Participant::Drive(place) = who
                 && let Some(drive) = bus.drive_at(place)
             {
-                words.push(told(self.act.upon_drive(drive, now, lasts_ns)));
+                words.push(told(self.act.upon_drive(drive, self.axis, now, lasts_ns)));
             }
         }
         words
@@ -124,7 +124,13 @@ fn name(drive: &VirtualDrive) -> String {
 }
 
 impl Act {
-    fn upon_drive(&self, drive: &mut VirtualDrive, now: Instant, lasts_ns: u64) -> String {
+    fn upon_drive(
+        &self,
+        drive: &mut VirtualDrive,
+        axis: Option<u8>,
+        now: Instant,
+        lasts_ns: u64,
+    ) -> String {
         let of = name(drive);
         match *self {
             Act::Stall => {
@@ -154,10 +160,38 @@ impl Act {
                 format!("power of {of} fails {after} steps into the next save")
             }
             _ => {
-                let made = *drive.made();
-                self.upon_world(drive.plant(), &made, &of)
+                let made = drive.all_made().to_vec();
+                let number = drive.plants().len();
+                let named = axis.map(|axis| usize::from(axis.max(1) - 1));
+                let axes = match named {
+                    Some(axis) => axis..(axis + 1).min(number),
+                    // What the axes of a controller share.
+                    None if self.is_shared() => 0..number,
+                    None => 0..1,
+                };
+                let of = match named {
+                    Some(axis) if number > 1 => format!("axis {} of {of}", axis + 1),
+                    _ => of,
+                };
+                let worlds = drive.plants().iter_mut().zip(&made);
+                let worlds = worlds.skip(axes.start).take(axes.len());
+                let told: Vec<String> = worlds
+                    .map(|(plant, made)| self.upon_world(plant, made, &of))
+                    .collect();
+                told.into_iter().next().unwrap_or_default()
             }
         }
+    }
+
+    /// Whether the axes of a drive have in common what it is about.
+    fn is_shared(&self) -> bool {
+        matches!(
+            self,
+            Act::MotorSupply(_)
+                | Act::LogicSupply(_)
+                | Act::AmplifierTemperature(_)
+                | Act::Ambient(_)
+        )
     }
 
     /// What the act does to a drive's world, which was `made` so.

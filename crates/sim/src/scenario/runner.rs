@@ -60,6 +60,7 @@ pub(crate) struct Doing {
     /// `event "sag" (line 14)`.
     pub(crate) title: String,
     pub(super) target: Target,
+    pub(super) axis: Option<u8>,
     pub(super) act: Act,
     pub(super) lasts_ns: u64,
 }
@@ -131,12 +132,14 @@ impl Runner {
             let Trigger::When(when) = &self.events[n].trigger else {
                 continue;
             };
-            let Condition::Drive(place, sight) = when.condition else {
+            let Condition::Drive(place, axis, sight) = when.condition else {
                 continue;
             };
             let drive = drives.iter().find(|drive| drive.place() == place);
             if let Some(drive) = drive.filter(|_| self.waits(n))
-                && self.states[n].before.look(sight, drive)
+                && self.states[n]
+                    .before
+                    .look(sight, drive, usize::from(axis.max(1) - 1))
             {
                 self.seen(n, now);
             }
@@ -154,6 +157,7 @@ impl Runner {
             return Some(Doing {
                 title: format!("{title} is over"),
                 target: event.target.value,
+                axis: event.axis.as_ref().map(|axis| axis.value),
                 act: event.undo.clone()?,
                 lasts_ns: 0,
             });
@@ -194,6 +198,7 @@ impl Runner {
         Some(Doing {
             title,
             target: event.target.value,
+            axis: event.axis.as_ref().map(|axis| axis.value),
             act: event.act.clone(),
             lasts_ns: event.lasts_ns.unwrap_or(0),
         })

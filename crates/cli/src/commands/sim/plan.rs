@@ -178,7 +178,8 @@ impl Plan {
         Ok(())
     }
 
-    /// The bus, its drives' memories in `store` if that is given.
+    /// The bus, its drives' memories in `store` if that is given. With `factory`, drives that have stored
+    /// nothing are as out of the box, also those that are delivered commissioned.
     ///
     /// # Errors
     /// Memories that cannot be read, and a scenario that these drives cannot play.
@@ -186,12 +187,22 @@ impl Plan {
         &self,
         disturbance: Disturbance,
         store: Option<&Path>,
+        factory: bool,
     ) -> Result<BusSettings, Failure> {
         let drive = |(place, kind): &(Place, &'static Personality)| {
             let mut settings = DriveSettings::at(*place, kind);
+            if factory {
+                settings = settings.factory();
+            }
             if let Some(folder) = store {
-                settings.store = FlashFile::file(folder, kind.name, *place)
-                    .map_err(|error| Failure::input(store_message(&error)))?;
+                let refused = |error| Failure::input(store_message(&error));
+                let mut file = FlashFile::file(folder, kind.name, *place).map_err(refused)?;
+                // Its first start: what it is delivered with.
+                let delivered = settings.store.bytes();
+                if file.bytes().is_empty() && !delivered.is_empty() {
+                    file.replace(delivered.to_vec()).map_err(refused)?;
+                }
+                settings.store = file;
             }
             Ok(settings)
         };

@@ -10,6 +10,7 @@ use can::BitRate;
 use canopen::Instant;
 
 use super::guests::Guests;
+use super::serial::Serial;
 use crate::Failure;
 use crate::commands::stop::Stop;
 use crate::output::tell;
@@ -49,7 +50,7 @@ impl Log {
         }
     }
 
-    fn write(
+    pub(super) fn write(
         &mut self,
         write: impl FnOnce(&mut Recording) -> std::io::Result<()>,
     ) -> Result<(), Failure> {
@@ -78,6 +79,7 @@ pub(super) struct Summary {
 pub(super) struct Stage {
     bus: Bus,
     doors: Option<Doors>,
+    serial: Option<Serial>,
     guests: Guests,
     log: Option<Log>,
     frames: u64,
@@ -88,7 +90,12 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(mut bus: Bus, doors: Option<Doors>, log: Option<Log>) -> Stage {
+    pub(super) fn new(
+        mut bus: Bus,
+        doors: Option<Doors>,
+        serial: Option<Serial>,
+        log: Option<Log>,
+    ) -> Stage {
         if log
             .as_ref()
             .is_some_and(|log| log.recording.takes_samples())
@@ -99,6 +106,7 @@ impl Stage {
             bit_rate: bus.bit_rate(),
             bus,
             doors,
+            serial,
             guests: Guests::default(),
             log,
             frames: 0,
@@ -230,6 +238,11 @@ impl Stage {
         {
             self.guests.all_sent(doors);
         }
+        if let Some(serial) = &mut self.serial
+            && serial.deliver(&mut self.bus, &mut self.log)?
+        {
+            self.lively_at = Some(self.bus.now());
+        }
         if let Some(log) = &mut self.log {
             for sample in samples {
                 log.write(|recording| recording.sample(&sample))?;
@@ -253,6 +266,11 @@ impl Stage {
 
     /// Takes what happened at the doors; frames get onto the bus from the present time on.
     fn admit(&mut self) -> Result<(), Failure> {
+        if let Some(serial) = &mut self.serial
+            && serial.admit(&mut self.bus, &mut self.log)?
+        {
+            self.lively_at = Some(self.bus.now());
+        }
         let Some(doors) = &mut self.doors else {
             return Ok(());
         };

@@ -1,0 +1,237 @@
+//! The encoder on the output of the gear: 0x2005.
+
+use canopen::Image;
+
+use super::FIELDS;
+use super::calibration::{FAULTY_DEGREES, LOW_ACCURACY_DEGREES, Progress};
+use super::turning::{Field, Harmonic, TURN};
+use super::watch::one;
+use crate::md80::internal::COUNTS_PER_TURN;
+use crate::own::AxisView;
+
+/// Part of the way that the shown velocity goes to a new one each millisecond: 8 Hz.
+const VELOCITY_PART: f32 = 0.05;
+const TURN_RAD: f32 = core::f32::consts::TAU;
+
+/// The output encoder, as far as it is configured.
+#[derive(Clone, Debug)]
+pub(super) struct OutputEncoder {
+    /// Type and mode are set.
+    configured: bool,
+    /// The reading, turns from 0 to 1.
+    reading: Option<f32>,
+    /// Position since the start, turns.
+    turns: f32,
+    /// Turns per second.
+    velocity: f32,
+}
+
+impl OutputEncoder {
+    pub(super) fn new(image: &Image<'_>) -> OutputEncoder {
+        OutputEncoder {
+            configured: is_configured(image),
+            reading: None,
+            turns: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// Whether there is to be one: 0x2005,1 and 3 are not 0.
+    pub(super) fn is_configured(&self) -> bool {
+        self.configured
+    }
+
+    /// Its reading with the direction of the output not yet applied, over many turns.
+    pub(super) fn turns(&self) -> Option<f32> {
+        self.reading.map(|_| self.turns)
+    }
+
+    /// A millisecond more.
+    pub(super) fn tick(&mut self, image: &Image<'_>, view: &AxisView) {
+        self.configured = is_configured(image);
+        let Some(reading) = view.output_encoder.filter(|_| self.configured) else {
+            self.reading = None;
+            self.velocity = 0.0;
+            return;
+        };
+        match self.reading {
+            Some(before) => {
+                let moved = half_turn(reading - before);
+                self.turns += moved;
+                self.velocity += VELOCITY_PART * (moved * 1000.0 - self.velocity);
+            }
+            None => self.turns = reading,
+        }
+        self.reading = Some(reading);
+    }
+
+    /// Where the output stands at a start, counts of the motor; `None` if this encoder does not say.
+    pub(super) fn start_position(&mut self, image: &Image<'_>, view: &AxisView) -> Option<i32> {
+        let calibrated = image.number(FIELDS.output_is_calibrated) != 0;
+        if !(is_configured(image) && calibrated) {
+            return None;
+        }
+        let reading = view.output_encoder?;
+        let gear = image.real(FIELDS.gear);
+        if gear <= 0.0 {
+            return None;
+        }
+        let output = half_turn(self.from_zero(image, reading));
+        Some((output / gear * COUNTS_PER_TURN as f32) as i32)
+    }
+
+    /// Turns of the output from its zero, as calibrated.
+    fn from_zero(&self, image: &Image<'_>, turns: f32) -> f32 {
+        let direction = image.number(FIELDS.output_direction) as f32;
+        direction * (turns - image.real(FIELDS.output_zero))
+    }
+
+    /// 0x2005,4 and 5.
+    pub(super) fn publish(&self, image: &mut Image<'_>) {
+        let direction = image.number(FIELDS.output_direction) as f32;
+        let (position, velocity) = match self.reading {
+            Some(_) => (
+                self.from_zero(image, self.turns) * TURN_RAD,
+                direction * self.velocity * TURN_RAD,
+            ),
+            None => (0.0, 0.0),
+        };
+        image.set_raw(FIELDS.output_position, position.to_bits());
+        image.set_raw(FIELDS.output_velocity, velocity.to_bits());
+    }
+}
+
+fn is_configured(image: &Image<'_>) -> bool {
+    image.raw(FIELDS.output_type) != 0 && image.raw(FIELDS.output_mode) != 0
+}
+
+/// A difference of readings, half a turn on either side.
+fn half_turn(turns: f32) -> f32 {
+    // `as` saturates.
+    let within = turns - turns as i32 as f32;
+    if within >= 0.5 {
+        within - 1.0
+    } else if within < -0.5 {
+        within + 1.0
+    } else {
+        within
+    }
+}
+
+/// Electrical turns per tick of the output's calibration: 15 a second.
+const RATE: i64 = TURN * 15 / 1000;
+/// Turns of the output: more than one, or about a quarter.
+const FULL_TURNS: f32 = 1.05;
+const DIRECTION_TURNS: f32 = 0.26;
+/// Turns by which the output may have gone another way than the gear says.
+const MOST_DRIFT: f32 = 0.02;
+/// 0x2005,1: an AS5047 beside the axis, whose direction alone says too little.
+const OFF_AXIS: i64 = 2;
+
+/// The output is turned by the motor's field, and its encoder looked at.
+#[derive(Clone, Debug)]
+pub(super) struct OutputTurning {
+    field: Field,
+    full: bool,
+    gear: f32,
+    /// Where all began, turns of the output by the motor and of its encoder.
+    start: (f32, f32),
+    /// How far both have come since.
+    by_motor: f32,
+    by_encoder: f32,
+    /// What the encoder is ahead of the motor, for either direction.
+    ahead: [Harmonic; 2],
+    most_angle: i64,
+}
+
+impl OutputTurning {
+    /// `None` if there is nothing to calibrate, or not in this way.
+    pub(super) fn new(
+        image: &Image<'_>,
+        view: &AxisView,
+        reading: Option<f32>,
+        current_a: f32,
+    ) -> Option<OutputTurning> {
+        let full = image.number(FIELDS.output_calibration_mode) == 0;
+        let gear = image.real(FIELDS.gear);
+        let off_axis = image.number(FIELDS.output_type) == OFF_AXIS;
+        if gear <= 0.0 || (off_axis && !full) {
+            return None;
+        }
+        let turns = if full { FULL_TURNS } else { DIRECTION_TURNS };
+        let pole_pairs = image.real(FIELDS.pole_pairs);
+        let volts = current_a * image.real(FIELDS.resistance);
+        Some(OutputTurning {
+            field: Field::new(view, volts),
+            full,
+            gear,
+            start: (motor_turns(view) * gear, reading?),
+            by_motor: 0.0,
+            by_encoder: 0.0,
+            ahead: [Harmonic::default(); 2],
+            // Two electrical turns more than it takes, a tenth of them for what slips.
+            most_angle: ((turns / gear * pole_pairs * 1.1 + 2.0) * TURN as f32) as i64,
+        })
+    }
+
+    /// A millisecond more; `None` at the end.
+    pub(super) fn tick(&mut self, view: &AxisView, reading: Option<f32>) -> Option<Progress> {
+        self.field.tick(view, RATE);
+        let Some(reading) = reading else {
+            return Some(Progress::Failed(one(2, 4)));
+        };
+        self.by_motor = motor_turns(view) * self.gear - self.start.0;
+        self.by_encoder = reading - self.start.1;
+        let angle = ((reading - reading as i32 as f32) * TURN as f32) as i64 as i32;
+        let [along, against] = &mut self.ahead;
+        along.add(self.by_encoder - self.by_motor, angle);
+        against.add(self.by_encoder + self.by_motor, angle);
+        let turns = if self.full {
+            FULL_TURNS
+        } else {
+            DIRECTION_TURNS
+        };
+        if self.by_motor >= turns || -self.by_motor >= turns {
+            return None;
+        }
+        if self.field.angle > self.most_angle {
+            // The output does not turn as it should.
+            return Some(Progress::Failed(one(2, 4)));
+        }
+        Some(Progress::Demands(self.field.demand(view)))
+    }
+
+    /// Writes what was found.
+    pub(super) fn finish(&self, image: &mut Image<'_>) -> Option<Progress> {
+        let along = self.by_encoder - self.by_motor;
+        let against = self.by_encoder + self.by_motor;
+        let [with, opposite] = self.ahead;
+        let (direction, drift, ahead) = if along * along <= against * against {
+            (1.0, along, with)
+        } else {
+            (-1.0, against, opposite)
+        };
+        if !(-MOST_DRIFT..=MOST_DRIFT).contains(&drift) {
+            return None;
+        }
+        let off_degrees = if self.full {
+            ahead.amplitude() * 360.0
+        } else {
+            0.0
+        };
+        if off_degrees > FAULTY_DEGREES {
+            return Some(Progress::Failed(one(2, 4) | one(2, 3)));
+        }
+        let zero = self.start.1 - direction * self.start.0 + ahead.mean();
+        image.set_raw(FIELDS.output_zero, half_turn(zero).to_bits());
+        image.set_number(FIELDS.output_direction, direction as i64);
+        let low = off_degrees > LOW_ACCURACY_DEGREES;
+        image.set_number(FIELDS.output_low_accuracy, i64::from(low));
+        image.set_number(FIELDS.output_is_calibrated, 1);
+        Some(Progress::Done { keeps: true })
+    }
+}
+
+fn motor_turns(view: &AxisView) -> f32 {
+    view.position as f32 / COUNTS_PER_TURN as f32
+}
