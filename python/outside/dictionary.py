@@ -24,6 +24,13 @@ TYPES = {
 
 
 @functools.cache
+def drives() -> list:
+    """The names of all documented drives, as `servobus drives` lists them."""
+    command = [servobus(), "drives", "--json"]
+    return json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["drives"]
+
+
+@functools.cache
 def entries(drive: str) -> list:
     """The rows of `servobus od DRIVE --json`."""
     command = [servobus(), "od", drive, "--json"]

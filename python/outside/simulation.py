@@ -42,12 +42,13 @@ def replayed(log: Path) -> bool:
 
 class Simulation:
     """Virtual drives behind a socketcand and an slcan door, or other ones, recorded to `log`;
-    `options` are more words for `servobus sim`.
+    `options` are more words for `servobus sim`. `nodes` is a list as `--nodes` has it, or says by
+    node ID which drive is there.
     """
 
     def __init__(
         self,
-        nodes: str,
+        nodes: str | dict,
         log: Path,
         *options: str,
         drive: str = "p3",
@@ -56,8 +57,12 @@ class Simulation:
         self.log = log
         self.stderr = log.with_suffix(".stderr.txt")
         self._stderr = open(self.stderr, "wb")
-        command = [servobus(), "sim", "--drive", drive, "--nodes", nodes, "--record", str(log)]
-        command += options
+        command = [servobus(), "sim", "--record", str(log), *options]
+        if isinstance(nodes, dict):
+            for node_id, name in nodes.items():
+                command += ["--node", f"{node_id}={name}"]
+        else:
+            command += ["--drive", drive, "--nodes", nodes]
         for door in doors:
             command += ["--bus", door]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._stderr)

@@ -44,6 +44,20 @@ pub(crate) fn with_channels(
     })
 }
 
+/// The drives, of each that comes with several numbers of channels the one with the fewest.
+pub(crate) fn families() -> Vec<&'static Personality> {
+    let all = personalities::ALL.iter().copied();
+    let is_wider = |drive: &Personality| {
+        let suffix = format!("-{}", drive.axes.len());
+        drive.axes.len() > 1
+            && drive
+                .name
+                .strip_suffix(&suffix)
+                .is_some_and(|name| personalities::by_name(name).is_some())
+    };
+    all.filter(|drive| !is_wider(drive)).collect()
+}
+
 /// The names of all personalities.
 pub(crate) fn names() -> String {
     let names: Vec<&str> = personalities::ALL.iter().map(|drive| drive.name).collect();

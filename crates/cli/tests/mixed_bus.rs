@@ -25,6 +25,10 @@ fn a_scan_names_each_drive_and_a_replay_has_them_again() {
         "--node",
         "7=p3-jpl",
         "--node",
+        "8=md80",
+        "--node",
+        "9=roboteq-3",
+        "--node",
         "3=p3-extended",
         "--node",
         "1-2=p3",
@@ -32,20 +36,29 @@ fn a_scan_names_each_drive_and_a_replay_has_them_again() {
     let sim = Sim::start(&[&words[..], &["--record", &log]].concat());
     assert_eq!(
         sim.ready,
-        "ready: 4 virtual drives, nodes 1-3,7: 1-2 p3, 3 p3-extended, 7 p3-jpl"
+        "ready: 6 virtual drives, nodes 1-3,7-9: 1-2 p3, 3 p3-extended, 7 p3-jpl, 8 md80, \
+         9 roboteq-3"
     );
     let bus = sim.bus().to_owned();
     let mut expected = vec![
         (1, "P3".to_owned()),
         (2, "P3".to_owned()),
         (3, "P3 extended".to_owned()),
+        (8, "MD80".to_owned()),
+        (9, "RoboMC".to_owned()),
     ];
     assert_eq!(found(&bus), expected, "the P3 of 2016 waits in BarrettCAN");
     printed(&["nmt", "start", "7", "--bus", &bus], 0);
-    expected.push((7, "Puck".to_owned()));
+    expected.insert(3, (7, "Puck".to_owned()));
     assert_eq!(found(&bus), expected);
-    // Each is spoken to with its own dictionary, here of a text that only one of them has.
-    for (node, drive) in [("2", "p3"), ("3", "p3-extended"), ("7", "p3-jpl")] {
+    // Each is spoken to with its own dictionary, here under the name that its document has.
+    for (node, drive) in [
+        ("2", "p3"),
+        ("3", "p3-extended"),
+        ("7", "p3-jpl"),
+        ("8", "md80"),
+        ("9", "roboteq-3"),
+    ] {
         let words = [
             "sdo", "read", "--node", node, "--drive", drive, "0x6060", "--bus", &bus,
         ];
@@ -53,7 +66,7 @@ fn a_scan_names_each_drive_and_a_replay_has_them_again() {
         let kind = personalities::by_name(drive).unwrap();
         let table = kind.device.table;
         let row = table.row(&table.find(0x6060, 0).unwrap()).unwrap();
-        let read = format!("node {node} 0x6060,0 {} = 0", row.name);
+        let read = format!("node {node} 0x6060,0 {}", row.name);
         assert!(text.starts_with(&read), "{text}");
     }
     sim.end();
@@ -62,7 +75,17 @@ fn a_scan_names_each_drive_and_a_replay_has_them_again() {
         .lines()
         .filter_map(|line| line.strip_prefix("drive "))
         .collect();
-    assert_eq!(drives, ["1 p3", "2 p3", "3 p3-extended", "7 p3-jpl"]);
+    assert_eq!(
+        drives,
+        [
+            "1 p3",
+            "2 p3",
+            "3 p3-extended",
+            "7 p3-jpl",
+            "8 md80",
+            "9 roboteq-3"
+        ]
+    );
     let again = printed(&["replay", &log], 0);
     assert!(again.contains("identical"), "{again}");
 }
@@ -146,4 +169,58 @@ fn stores_are_kept_by_kind_and_node() {
         assert!(text.contains(value), "{text}");
     }
     sim.end();
+}
+
+/// What knows the P3s only says so to other drives, before anything is changed.
+#[test]
+fn calibration_and_tuning_tell_other_drives_apart() {
+    let sim = Sim::start(&[
+        "--node",
+        "1=p3-jpl",
+        "--node",
+        "2=md80",
+        "--node",
+        "3=roboteq",
+    ]);
+    let bus = sim.bus().to_owned();
+    printed(&["nmt", "pre-operational", "1", "--bus", &bus], 0);
+    for node in ["1", "2", "3"] {
+        for words in [
+            ["calibrate", "all"],
+            ["tune", "velocity"],
+            ["tune", "position"],
+        ] {
+            let words = [&words[..], &["--node", node, "--yes", "--bus", &bus]].concat();
+            let text = printed(&words, 1);
+            let known = "this drive has no 0x3000,1 (sensed bus voltage): calibration and tuning know the \
+                         drives of the P3's manual of 2019 only";
+            assert!(text.contains(known), "{text}");
+            assert!(text.contains("(no power was applied)"), "{text}");
+        }
+    }
+    sim.end();
+}
+
+/// Every axis of a drive has its signals.
+#[test]
+fn each_axis_is_recorded() {
+    let folder = Folder::new();
+    let path = folder.file("run.mcap");
+    let words = [
+        "sim", "--bus", "none", "--speed", "max", "--for", "100ms", "--record", &path,
+    ];
+    printed(
+        &[&words[..], &["--node", "1=p3", "--node", "2=roboteq-3"]].concat(),
+        0,
+    );
+    let bytes = fs::read(&path).unwrap();
+    let topics: std::collections::BTreeSet<String> = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(|message| message.unwrap().channel.topic.clone())
+        .collect();
+    let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
+    assert_eq!(
+        topics,
+        ["can0", "drive/1", "drive/2", "drive/2/2", "drive/2/3"]
+    );
 }

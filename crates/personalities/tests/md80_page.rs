@@ -435,3 +435,22 @@ fn motion_is_in_counts_and_rpm_of_the_output() {
     ));
     assert_eq!(f64::from(REAL_RANGES[1].least), f64::from(5e-9_f32));
 }
+
+/// The line of each status bit in the drive's page of the documentation.
+#[test]
+fn the_documentation_has_every_status_bit() {
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/md80.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    for bit in STATUS_BITS {
+        let effect = match bit.effect {
+            Effect::Fault(code) => format!("fault 0x{code:04X}"),
+            Effect::Critical(code) => format!("critical fault 0x{code:04X}"),
+            Effect::Announced(code) => format!("warning 0x{code:04X}"),
+            Effect::Shown => "shown".to_owned(),
+            Effect::Never => "never set".to_owned(),
+        };
+        let (sub, number, name, when) = (bit.sub, bit.bit, bit.name, bit.when);
+        let line = format!("| {sub} | {number} | {name} | {effect} | {when} |");
+        assert!(page.contains(&line), "{line}");
+    }
+}

@@ -4,7 +4,7 @@ use canopen::Instant;
 
 use crate::place::Place;
 
-/// What a probe saw of one drive: the plant's truth, which the drive itself never sees, and the
+/// What a probe saw of one axis of a drive: the plant's truth, which the drive itself never sees, and the
 /// drive's own demand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeSample {
@@ -12,6 +12,8 @@ pub struct ProbeSample {
     pub at: Instant,
     /// Whose.
     pub place: Place,
+    /// Which axis of the drive, from 0.
+    pub axis: usize,
     /// Position of the shaft since the start, turns.
     pub position_turns: f64,
     /// Speed of the shaft, rad/s.

@@ -256,7 +256,7 @@ impl Recording {
         self.log.takes_signals()
     }
 
-    /// What a probe saw, as signals of `drive/PLACE`.
+    /// What a probe saw, as signals of `drive/PLACE`, and of `drive/PLACE/2` and so on of further axes.
     ///
     /// # Errors
     /// Those of the file system.
@@ -268,7 +268,10 @@ impl Recording {
             ("demand_counts", f64::from(sample.demand_counts)),
             ("position_counts", f64::from(sample.position_counts)),
         ];
-        let source = format!("drive/{}", sample.place);
+        let source = match sample.axis {
+            0 => format!("drive/{}", sample.place),
+            further => format!("drive/{}/{}", sample.place, further + 1),
+        };
         self.log.signals(sample.at.0, &source, &values)
     }
 

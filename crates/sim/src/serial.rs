@@ -18,7 +18,7 @@ const ROOM: usize = 4096;
 pub enum SerialAct {
     /// These bytes are sent to the drive.
     Bytes(Vec<u8>),
-    /// Who was there has gone.
+    /// Who was there has gone; what it sent still comes first.
     HangUp,
 }
 
@@ -41,8 +41,12 @@ pub(crate) struct SerialLine {
     channels: u8,
     /// `None` while no program runs that would hear.
     commands: Option<CommandLine>,
-    coming: VecDeque<u8>,
-    /// When the first of them has come.
+    /// What is on its way to the drive: bytes, and `None` where who sent them has gone. Never begins
+    /// with that.
+    coming: VecDeque<Option<u8>>,
+    /// How many of these have gone: what the drive sends meanwhile nobody hears.
+    gone: usize,
+    /// When the first byte has come.
     comes_at: Instant,
     /// On the wire from the drive, and until when.
     going: Option<(u8, Instant)>,
@@ -57,6 +61,7 @@ impl SerialLine {
             channels: u8::try_from(personality.axes.len()).unwrap_or(u8::MAX),
             commands: None,
             coming: VecDeque::new(),
+            gone: 0,
             comes_at: Instant::NEVER,
             going: None,
             sent: Vec::new(),
@@ -72,6 +77,7 @@ impl SerialLine {
     pub(crate) fn stop(&mut self) {
         self.commands = None;
         self.coming.clear();
+        self.gone = 0;
         self.comes_at = Instant::NEVER;
         self.going = None;
     }
@@ -93,13 +99,16 @@ impl SerialLine {
                 if self.coming.is_empty() && !bytes.is_empty() {
                     self.comes_at = now.plus_ns(self.port.byte_ns());
                 }
-                self.coming.extend(bytes);
+                self.coming.extend(bytes.iter().map(|byte| Some(*byte)));
+            }
+            SerialAct::HangUp if self.coming.is_empty() => {
+                commands.hang_up();
+                self.going = None;
+                self.sent.clear();
             }
             SerialAct::HangUp => {
-                commands.hang_up();
-                self.coming.clear();
-                self.comes_at = Instant::NEVER;
-                self.going = None;
+                self.coming.push_back(None);
+                self.gone += 1;
                 self.sent.clear();
             }
         }
@@ -139,7 +148,9 @@ impl VirtualDrive {
         if let Some((byte, until)) = line.going
             && now >= until
         {
-            line.sent.push((now, byte));
+            if line.gone == 0 {
+                line.sent.push((now, byte));
+            }
             line.going = None;
         }
         let is_due = now >= commands.next_deadline();
@@ -150,8 +161,14 @@ impl VirtualDrive {
                 commands.poll(now, &mut objects);
             }
             if comes && commands.is_ready() {
-                if let Some(byte) = line.coming.pop_front() {
+                if let Some(Some(byte)) = line.coming.pop_front() {
                     commands.receive(byte, now, &mut objects);
+                }
+                while let Some(None) = line.coming.front() {
+                    line.coming.pop_front();
+                    line.gone = line.gone.saturating_sub(1);
+                    commands.hang_up();
+                    line.going = None;
                 }
                 line.comes_at = match line.coming.is_empty() {
                     true => Instant::NEVER,

@@ -356,6 +356,10 @@ fn repeated_queries_come_by_themselves_until_the_other_end_hangs_up() {
     master.run_ms(2);
     master.bus.act_on_serial(place(), &SerialAct::HangUp);
     assert_eq!(say(&mut master, "5\r"), "-\r");
+    // What it had sent as a whole is obeyed, though it went at once; what that has to say nobody hears.
+    send(&mut master.bus, b"!TC 1 7\r?TC\r!TC 1 8");
+    master.bus.act_on_serial(place(), &SerialAct::HangUp);
+    assert_eq!(say(&mut master, "?TC\r"), "TC=7\r");
 }
 
 /// While it boots or is off it hears nothing, and a drive without a line never does.

@@ -16,7 +16,12 @@ pub struct Shown {
 impl Shown {
     /// It may show anything.
     const ANYTHING: Shown = Shown { mask: 0, bits: 0 };
-    /// A statusword in operation enabled, and bit 12: the drive follows its command.
+    /// A statusword in operation enabled.
+    const ENABLED: Shown = Shown {
+        mask: 0x006F,
+        bits: 0x0027,
+    };
+    /// The same, and bit 12: the drive follows its command.
     const FOLLOWING: Shown = Shown {
         mask: 0x106F,
         bits: 0x1027,
@@ -165,5 +170,91 @@ pub static MIXES: &[Mix] = &[
             VELOCITY,
         ],
         enable: &[(0x6060, 0, &[1])],
+    },
+    Mix {
+        // Three channels, each in mode 3 up to 200 RPM; with its state machine on (R24).
+        drive: "roboteq-3",
+        configure: &[(0x30F1, 0, &[1])],
+        rpdos: &[
+            Rpdo {
+                number: 1,
+                mapped: &[0x60FF_0020, 0x68FF_0020],
+                fields: &[Wave::Sine(200.0), Wave::Sine(-150.0)],
+            },
+            Rpdo {
+                number: 2,
+                mapped: &[0x70FF_0020],
+                fields: &[Wave::Sine(100.0)],
+            },
+        ],
+        tpdos: &[
+            Tpdo {
+                number: 1,
+                mapped: &[0x6041_0010, 0x6064_0020],
+                shown: Shown::ENABLED,
+            },
+            Tpdo {
+                number: 2,
+                mapped: &[0x6841_0010, 0x6864_0020],
+                shown: Shown::ENABLED,
+            },
+            Tpdo {
+                number: 3,
+                mapped: &[0x7041_0010, 0x7064_0020],
+                shown: Shown::ENABLED,
+            },
+            Tpdo {
+                number: 4,
+                mapped: &[0x606C_0020, 0x686C_0020],
+                shown: Shown::ANYTHING,
+            },
+        ],
+        enable: &[
+            (0x6060, 0, &[3]),
+            (0x6040, 0, &[0x06, 0]),
+            (0x6040, 0, &[0x07, 0]),
+            (0x6040, 0, &[0x0F, 0]),
+            (0x6860, 0, &[3]),
+            (0x6840, 0, &[0x06, 0]),
+            (0x6840, 0, &[0x07, 0]),
+            (0x6840, 0, &[0x0F, 0]),
+            (0x7060, 0, &[3]),
+            (0x7040, 0, &[0x06, 0]),
+            (0x7040, 0, &[0x07, 0]),
+            (0x7040, 0, &[0x0F, 0]),
+        ],
+    },
+    Mix {
+        // Its PDOs as they come, mapped by the page; half a turn to and fro.
+        drive: "md80",
+        configure: &[],
+        rpdos: &[Rpdo {
+            number: 3,
+            mapped: &[],
+            fields: &[Wave::Word(0x0F), Wave::Sine(8192.0)],
+        }],
+        tpdos: &[
+            Tpdo {
+                number: 1,
+                mapped: &[],
+                shown: Shown::ENABLED,
+            },
+            Tpdo {
+                number: 2,
+                mapped: &[],
+                shown: Shown::ENABLED,
+            },
+            Tpdo {
+                number: 3,
+                mapped: &[],
+                shown: Shown::ENABLED,
+            },
+        ],
+        enable: &[
+            (0x6060, 0, &[8]),
+            (0x6040, 0, &[0x06, 0]),
+            (0x6040, 0, &[0x07, 0]),
+            (0x6040, 0, &[0x0F, 0]),
+        ],
     },
 ];

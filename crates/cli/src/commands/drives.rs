@@ -19,10 +19,10 @@ Examples:
 All of it is read from the drives' own tables, so what is printed is what a virtual drive does. A \"-\" says
 that the drive does not have it. Behind a limit stands its default.")]
 pub(crate) struct Arguments {
-    /// Which drives. [default: all]
+    /// Which drives. [default: all; in tables, of those that differ in their channels only one]
     #[arg(value_name = "DRIVE", value_parser = drive_kind::parse)]
     drives: Vec<&'static Personality>,
-    /// Print JSON: an array of parts with rows, a cell for each drive.
+    /// Print JSON: the drives' names, and parts with rows, a cell for each drive in that order.
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
     /// Print tables in Markdown.
@@ -36,21 +36,28 @@ pub(crate) struct Arguments {
 /// None but those of standard output.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let drives = match arguments.drives.as_slice() {
-        [] => personalities::ALL,
-        drives => drives,
+        [] if arguments.json => personalities::ALL.to_vec(),
+        [] => drive_kind::families(),
+        drives => drives.to_vec(),
     };
-    let parts = comparison::compare(drives);
+    let parts = comparison::compare(&drives);
     if arguments.json {
-        output::print_json(&parts)?;
+        let names: Vec<&str> = drives.iter().map(|drive| drive.name).collect();
+        output::print_json(&serde_json::json!({ "drives": names, "parts": parts }))?;
         return Ok(ExitCode::SUCCESS);
     }
-    for (n, part) in parts.iter().enumerate() {
+    // Titles are long: a line for each keeps the columns narrow.
+    let titles = drives.iter().map(|drive| match arguments.markdown {
+        true => format!("- `{}`: {}", drive.name, drive.title),
+        false => format!("{}: {}", drive.name, drive.title),
+    });
+    output::print(titles.collect::<Vec<_>>().join("\n"))?;
+    for part in &parts {
         let mut header = vec![part.title];
         header.extend(drives.iter().map(|drive| drive.name));
         if arguments.markdown {
-            let gap = if n == 0 { "" } else { "\n" };
             let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
-            let mut text = format!("{gap}{}", line(&header));
+            let mut text = format!("\n{}", line(&header));
             text += &line(&vec!["---"; header.len()]);
             for row in &part.rows {
                 let mut cells = vec![row.name.as_str()];
@@ -64,8 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         for row in &part.rows {
             table.add_row(core::iter::once(&row.name).chain(&row.drives));
         }
-        let gap = if n == 0 { "" } else { "\n" };
-        output::print(format!("{gap}{}", table.trim_fmt()))?;
+        output::print(format!("\n{}", table.trim_fmt()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

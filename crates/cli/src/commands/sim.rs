@@ -36,7 +36,7 @@ use crate::{Failure, drive_kind, output, record_file, time_span};
 Examples:
   servobus sim                                      three P3s, at socketcand://127.0.0.1:29536
   servobus sim --nodes 5 --store ./drives           one, which remembers what it stored
-  servobus sim --node 1-2=p3 --node 3=p3-jpl        two kinds on one bus; servobus drives lists them
+  servobus sim --node 1-2=p3 --node 3=md80          two kinds on one bus; servobus drives lists them
   servobus sim --bus slcan://127.0.0.1:29537 --bus socketcand://127.0.0.1:29536/vcan0
   servobus sim --bus socketcan://vcan0              at a CAN interface of this machine
   servobus sim --bus socketcand://127.0.0.1:0       at any free port; the line printed says which
@@ -46,6 +46,8 @@ Examples:
   servobus sim --bus none --speed max --for 60s     as fast as this machine can
   servobus sim --drive p3-extended --nodes unconfigured:3 --bit-rate 125k
                                                     drives for an LSS master: servobus lss scan
+  servobus sim --drive roboteq --nodes 1 --serial pty
+                                                    with its command line at a pseudo-terminal
   servobus sim --scenario sag.toml                  with what goes wrong in sag.toml: servobus
                                                     scenario --help
 

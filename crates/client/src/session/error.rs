@@ -5,6 +5,7 @@ use std::fmt;
 use canopen::NodeId;
 use cia402::State;
 
+use super::Object;
 use crate::pdo::PdoError;
 use crate::sdo::SdoError;
 use crate::{LinkError, ValueError};
@@ -113,6 +114,11 @@ pub enum Cause {
         /// Samples that came.
         came: usize,
     },
+    /// It is a drive of CiA 402 without the objects that the procedures need: those of the P3 of 2019.
+    Foreign {
+        /// The first one that it does not have.
+        missing: Object,
+    },
     /// Looked at before any power was applied.
     NotReady(Finding),
     /// What was measured cannot be; nothing is saved.
@@ -189,6 +195,12 @@ impl fmt::Display for Cause {
                 f,
                 "of {sent} SYNCs {came} were answered by TPDO 4; \
                  use a faster way to the bus, or less load on it"
+            ),
+            Cause::Foreign { missing } => write!(
+                f,
+                "this drive has no {} ({}): calibration and tuning know the drives of the P3's manual \
+                 of 2019 only (p3, p3-extended); choose one with --node",
+                missing.address, missing.name
             ),
             Cause::NotReady(finding) => write!(f, "{finding}"),
             Cause::Implausible(finding) => write!(f, "{finding}"),

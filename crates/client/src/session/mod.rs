@@ -13,7 +13,7 @@ mod record;
 mod run;
 mod save;
 
-use canopen::{Instant, NodeId};
+use canopen::{Abort, Instant, NodeId};
 
 use crate::{Client, Link, LinkError, Value};
 
@@ -172,6 +172,21 @@ impl<'c, L: Link, W: Watch> Session<'c, L, W> {
             Ok(value) => Ok(Some(value)),
             Err(Cause::Sdo(error)) if error.abort().is_some() => Ok(None),
             Err(other) => Err(other),
+        }
+    }
+
+    /// An object by which a drive is known.
+    ///
+    /// # Errors
+    /// [`Cause::Foreign`] if the drive does not have it.
+    async fn read_own(&mut self, object: Object) -> Result<i64, Cause> {
+        match self.read(object).await {
+            Err(Cause::Sdo(error))
+                if matches!(error.abort(), Some(Abort::NO_OBJECT | Abort::NO_SUB_INDEX)) =>
+            {
+                Err(Cause::Foreign { missing: object })
+            }
+            read => read,
         }
     }
 

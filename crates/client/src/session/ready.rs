@@ -76,7 +76,8 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             unit: "",
             remedy: "this is no drive of CiA 402; choose its node with --node",
         })?;
-        let supply_v = self.read(SUPPLY).await? as f64 * 0.1;
+        let supply_v = self.read_own(SUPPLY).await? as f64 * 0.1;
+        self.read_own(POLES).await?;
         let limit = |tenths: i64, otherwise: f64| match tenths {
             0 => otherwise,
             tenths => tenths as f64 * 0.1,

@@ -17,7 +17,7 @@ pub(super) const fn parameter(row: Row) -> Row {
     kept(row).tells(CONTROL)
 }
 
-/// "Write a non-zero value to start a specific action": any, although it is a BOOLEAN.
+/// "Write a non-zero value to start a specific action": any, although it is a BOOLEAN (M28).
 const fn command(sub: u8, name: &'static str) -> Row {
     let row = bool(0x2003, sub, name).rw().asks();
     Row {

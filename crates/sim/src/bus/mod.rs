@@ -421,19 +421,23 @@ impl Bus {
             return;
         }
         *at = at.plus_ns(*every_ns);
-        for drive in &mut self.drives {
-            let place = drive.place();
-            let feedback = drive.core().map(drive::Drive::feedback);
-            let truth = drive.plant().truth();
-            self.samples.push(ProbeSample {
-                at: self.now,
-                place,
-                position_turns: truth.position_turns(),
-                speed_rad_s: truth.speed_rad_s,
-                current_a: feedback.map_or(0.0, |feedback| feedback.current_q_a),
-                demand_counts: feedback.map_or(0, |feedback| feedback.demand_position),
-                position_counts: feedback.map_or(0, |feedback| feedback.position),
-            });
+        for drive in &self.drives {
+            let core = drive.core();
+            let mut feedbacks = core.into_iter().flat_map(drive::Drive::feedbacks);
+            for (axis, world) in drive.worlds().iter().enumerate() {
+                let feedback = feedbacks.next();
+                let truth = world.truth();
+                self.samples.push(ProbeSample {
+                    at: self.now,
+                    place: drive.place(),
+                    axis,
+                    position_turns: truth.position_turns(),
+                    speed_rad_s: truth.speed_rad_s,
+                    current_a: feedback.map_or(0.0, |feedback| feedback.current_q_a),
+                    demand_counts: feedback.map_or(0, |feedback| feedback.demand_position),
+                    position_counts: feedback.map_or(0, |feedback| feedback.position),
+                });
+            }
         }
     }
 }

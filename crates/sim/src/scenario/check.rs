@@ -195,7 +195,9 @@ pub(super) fn world(
                 section.change_axis(axis, world);
             }
             if let Err(invalid) = world.check() {
-                let span = own().last().map_or(0..0, |section| section.span.clone());
+                let span = own()
+                    .next_back()
+                    .map_or(0..0, |section| section.span.clone());
                 let what = format!("no axis {axis} can be like this: {}", words(invalid));
                 let remedy = "`servobus scenario parameters` lists what there may be";
                 findings.push(&span, what, remedy);

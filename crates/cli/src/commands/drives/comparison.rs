@@ -99,7 +99,9 @@ fn general(drives: Drives<'_>) -> Part {
     Part {
         title: "drive",
         rows: vec![
-            row("title", drives, |drive| drive.title.to_owned()),
+            row("motor channels", drives, |drive| {
+                drive.axes.len().to_string()
+            }),
             row("bit rates", drives, rates),
             row("objects", drives, objects),
             row("device type 0x1000", drives, |drive| {
@@ -116,7 +118,7 @@ fn modes(drives: Drives<'_>) -> Part {
         .map(|number| {
             let name = match Mode(number).name() {
                 Some(name) => format!("{number} {name}"),
-                None => number.to_string(),
+                None => format!("{number} the maker's own"),
             };
             row(name, drives, |drive| yes(offered(drive, number)))
         });
@@ -217,6 +219,10 @@ fn services(drives: Drives<'_>) -> Part {
             object("store 0x1010", 0x1010, 1),
             object("restore 0x1011", 0x1011, 1),
             object("program download", 0x1F50, 1),
+            row("serial command line", drives, |drive| match drive.serial {
+                Some(port) => format!("{} bit/s", port.bits_per_s),
+                None => NONE.to_owned(),
+            }),
         ],
     }
 }

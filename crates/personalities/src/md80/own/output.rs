@@ -76,12 +76,12 @@ impl OutputEncoder {
         if gear <= 0.0 {
             return None;
         }
-        let output = half_turn(self.from_zero(image, reading));
+        let output = half_turn(self.turns_from_zero(image, reading));
         Some((output / gear * COUNTS_PER_TURN as f32) as i32)
     }
 
     /// Turns of the output from its zero, as calibrated.
-    fn from_zero(&self, image: &Image<'_>, turns: f32) -> f32 {
+    fn turns_from_zero(&self, image: &Image<'_>, turns: f32) -> f32 {
         let direction = image.number(FIELDS.output_direction) as f32;
         direction * (turns - image.real(FIELDS.output_zero))
     }
@@ -91,7 +91,7 @@ impl OutputEncoder {
         let direction = image.number(FIELDS.output_direction) as f32;
         let (position, velocity) = match self.reading {
             Some(_) => (
-                self.from_zero(image, self.turns) * TURN_RAD,
+                self.turns_from_zero(image, self.turns) * TURN_RAD,
                 direction * self.velocity * TURN_RAD,
             ),
             None => (0.0, 0.0),

@@ -1,0 +1,7 @@
+//! Roboteq controllers of one to three channels, on a simulated bus and simulated motors.
+
+mod bench;
+mod channels;
+#[path = "../master/mod.rs"]
+mod master;
+mod modes;
