@@ -224,3 +224,29 @@ fn each_axis_is_recorded() {
         ["can0", "drive/1", "drive/2", "drive/2/2", "drive/2/3"]
     );
 }
+
+/// A drive with another drive's dictionary: what is not there is told, and what it may be.
+#[test]
+fn another_drives_dictionary_is_noticed() {
+    let folder = Folder::new();
+    let sim = Sim::start(&["--node", "1=md80"]);
+    let bus = sim.bus().to_owned();
+    let path = folder.file("1.dcf");
+    let words = [
+        "eds", "dcf", "--node", "1", "--bus", &bus, "--output", &path,
+    ];
+    let hint = "if it is another drive, name it with --drive";
+    let told = |drive: &str| {
+        let output = support::run(&[&words[..], &["--drive", drive]].concat());
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(told("p3").contains(hint));
+    assert!(!told("md80").contains(hint));
+    let words = [
+        "sdo", "write", "--node", "1", "0x2000,1", "21", "--bus", &bus,
+    ];
+    let text = printed(&words, 2);
+    assert!(text.contains("say which drive it is (--drive)"), "{text}");
+    sim.end();
+}

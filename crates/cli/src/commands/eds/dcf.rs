@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
-use canopen::{Address, NodeId};
+use canopen::{Abort, Address, NodeId};
 use client::Client;
 use client::sdo::{Cause, SdoError};
 use eds::{Commissioning, DataType, Dcf, Eds, Live, Style, Value};
@@ -110,7 +110,7 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
         let mut client = Client::new(WireLink::new(connection));
         client.settings.answer_ms = time_span::milliseconds(arguments.timeout);
         let mut live = BTreeMap::new();
-        let mut silent = 0;
+        let (mut silent, mut missing) = (0, 0);
         for (index, sub, entry) in eds.entries() {
             let readable = entry.access.is_none_or(eds::Access::readable) && entry.scans();
             let (true, Some(data_type)) = (readable, entry.data_type) else {
@@ -128,6 +128,7 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
                     value(data_type, &data, entry.default.as_ref())
                 }
                 Err(error) => {
+                    missing += usize::from(error.abort() == Some(Abort::NO_OBJECT));
                     let is_silent = matches!(error.cause, Cause::TimedOut { .. });
                     silent = if is_silent { silent + 1 } else { 0 };
                     // A drive that is not there, or goes away, is no file.
@@ -145,6 +146,15 @@ fn upload(arguments: &Arguments, eds: &Eds) -> Result<BTreeMap<(u16, u8), Live>,
                 ));
             }
             live.insert((index, sub), found);
+        }
+        // Some may be optional.
+        if missing * 4 > live.len() {
+            output::tell(format_args!(
+                "node {} does not have {missing} of {} objects: if it is another drive, name it with \
+                 --drive, or give its own file",
+                node.get(),
+                live.len()
+            ));
         }
         Ok(live)
     })

@@ -110,7 +110,8 @@ fn from_words(arguments: &Write) -> Result<ExitCode, Failure> {
     let (object, text) = split(arguments)?;
     let data_type = common.type_of(object).ok_or_else(|| {
         Failure::input(format!(
-            "{object}: the dictionary of {} has no such object; say its type, as in --type u16",
+            "{object}: the dictionary of {} has no such object; say which drive it is \
+             (--drive) or the type, as in --type u16",
             common.drive.name
         ))
     })?;
