@@ -200,3 +200,45 @@ fn a_scenario_names_the_axis() {
     let said = refused.expect_err("no axis 3").to_string();
     assert!(said.contains("drive 1 has no axis 3"), "{said}");
 }
+
+/// The supply is all channels': each stops, there is one emergency, and the error lasts until the last
+/// channel is reset.
+#[test]
+fn a_fault_of_the_supply_is_one_error_of_all_channels() {
+    let mut master = with_machine(&ROBOTEQ_3);
+    for channel in 1..=3 {
+        master.enable_channel(channel, 3);
+    }
+    let supply = |master: &mut Master, volts: f32| {
+        for plant in master.drive(1).plants() {
+            plant.set_supply_v(volts);
+        }
+    };
+    let codes = |master: &mut Master| -> Vec<u16> {
+        let emergencies = master.log.iter().filter(|t| t.frame.raw_id() == 0x81);
+        let codes = emergencies.map(|t| u16::from_le_bytes([t.frame.data()[0], t.frame.data()[1]]));
+        let codes = codes.collect();
+        master.log.clear();
+        codes
+    };
+    master.log.clear();
+    supply(&mut master, 8.0);
+    master.run_ms(100);
+    assert_eq!(codes(&mut master), [0x3220]);
+    for channel in 1..=3 {
+        assert_eq!(master.status_of(channel), 0x0218);
+    }
+    assert_eq!(master.read(1, 0x2112, 0) as u16, 4);
+    supply(&mut master, 24.0);
+    master.run_ms(100);
+    for (channel, ends) in [(1, false), (2, false), (3, true)] {
+        assert_eq!(master.read(1, 0x1001, 0) as u8, 0x05);
+        master.word(channel, 0x00);
+        master.word(channel, 0x80);
+        master.run_ms(5);
+        assert_eq!(master.status_of(channel), 0x0250);
+        let expected: &[u16] = if ends { &[0] } else { &[] };
+        assert_eq!(codes(&mut master), expected);
+    }
+    assert_eq!(master.read(1, 0x1001, 0) as u8, 0);
+}
