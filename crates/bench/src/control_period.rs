@@ -18,6 +18,7 @@ pub(crate) fn new(parameters: &Parameters) -> impl FnMut() -> Duty<f32> + use<> 
     let id = NodeId::new(1).expect("a node ID from 1 to 127");
     let made = Drive::new(personality, hardware, memory, id, 1, &[], Health::default());
     let (mut drive, _) = made.expect("the P3's defaults make a drive");
+    plant.set_timer_dead_time_s(f64::from(drive.timing().dead_time_ns) * 1e-9);
     let mut now = Instant::ZERO;
     drive.start(now);
     // 0x6040 = 0x86, 0x0F; 0x6060 = 3; 0x60FF = 136,533 counts/s.

@@ -160,6 +160,14 @@ fn bad_input_is_named_and_ends_with_2() {
             "scan --bus socketcand://127.0.0.1:1",
             "nobody listens at socketcand://127.0.0.1:1/can0",
         ),
+        (
+            "monitor --node 4",
+            "it does not say which drive that is; write 4=p3",
+        ),
+        (
+            "monitor --node 1=p3 --node 1=md80",
+            "--node names node 1 twice",
+        ),
         ("scan --nodes 0-5", "there is no node 0"),
         ("sdo read 0x6041", "--node <NODE>"),
         ("sdo read --node 128 0x6041", "node IDs are 1 to 127"),

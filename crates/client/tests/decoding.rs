@@ -318,6 +318,61 @@ fn remote_frames_and_29_bits_are_told_apart() {
     );
 }
 
+/// One bus, each drive in the words of its own document.
+#[test]
+fn each_drive_of_a_mixed_bus_has_its_own_words() {
+    let mut decoder = Decoder::with_table(P3.device.table);
+    for (node, name) in [(3, "p3-jpl"), (4, "md80"), (5, "roboteq-3")] {
+        let drive = personalities::by_name(name).unwrap();
+        let node = NodeId::new(node).unwrap();
+        decoder.set_drive(node, drive.device.table, drive.mode_names());
+    }
+    for (sent, expected) in [
+        (
+            "581#4241600000000000",
+            "node 1 answers 0x6041,0 Status word = 0x0000: not ready to switch on",
+        ),
+        // No state machine: the number says nothing.
+        (
+            "583#4241600000000000",
+            "node 3 answers 0x6041,0 Status word (not implemented) = 0",
+        ),
+        (
+            "603#224060000F00",
+            "write node 3 0x6040,0 Control word (not implemented) = 15 (0xF)",
+        ),
+        (
+            "583#4261600007000000",
+            "node 3 answers 0x6061,0 Read mode of operation = 0x07: Barrett trapezoid",
+        ),
+        (
+            "584#4F616000FF000000",
+            "node 4 answers 0x6061,0 Modes Of Operation Display = 0xFF: service",
+        ),
+        (
+            "585#4F61600000000000",
+            "node 5 answers 0x6061,0 Modes of operation display (AOM) = 0x00: open loop",
+        ),
+        // Each axis has 0x800 objects.
+        (
+            "585#4F617000FE000000",
+            "node 5 answers 0x7061,0 Modes of operation display (AOM) = 0xFE: position tracking",
+        ),
+        (
+            "585#4B41680037020000",
+            "node 5 answers 0x6841,0 Status word (SW) = 0x0237: operation enabled, voltage, remote",
+        ),
+        // The names outlive a reset.
+        ("000#8100", "NMT: reset node, all nodes"),
+        (
+            "584#4F616000FF000000",
+            "node 4 answers 0x6061,0 Modes Of Operation Display = 0xFF: service",
+        ),
+    ] {
+        assert_eq!(words(&mut decoder, sent), expected, "{sent}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, cases: 500, ..ProptestConfig::default() })]
 
@@ -327,7 +382,7 @@ proptest! {
         frames in prop::collection::vec((0u16..0x800, any::<[u8; 8]>(), 0u8..=8, any::<bool>()), 1..200)
     ) {
         let mut decoder = Decoder::with_table(P3.device.table);
-        decoder.set_table(NodeId::new(2).unwrap(), P3.device.table);
+        decoder.set_drive(NodeId::new(2).unwrap(), P3.device.table, &[]);
         for (id, mut data, length, about_pdos) in frames {
             let id = if about_pdos {
                 // Writes and answers about PDO parameters of node 1.

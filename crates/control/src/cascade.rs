@@ -289,9 +289,29 @@ impl<R: Real> Cascade<R> {
         };
         self.current
             .settle(&c.current, error, unrealised, speed, driven);
+        // Against the dead time by the current that shall flow: what is measured about zero says
+        // little of where a current wants to go, because the dead time holds it there. Under a given
+        // voltage it is the measured one, and about zero that which the voltage drives.
+        let under_voltage = |voltage: R, actual: R| voltage * c.hint_a_per_v + actual;
+        let flowing = Rotor {
+            d: R::select(
+                source.voltage_given,
+                under_voltage(voltage.d, actual.d),
+                zero,
+            ),
+            q: R::select(
+                source.voltage_given,
+                under_voltage(voltage.q, actual.q),
+                sign * self.motion.demand_current,
+            ),
+        };
+        let more =
+            modulation::against_dead_time(at_apply.unpark(flowing), c.dead_part, c.dead_part_per_a);
         let duty = modulation::duties(
             at_apply.unpark(voltage),
             R::splat(1.0) / bus_v,
+            more,
+            c.shortest,
             c.reach,
             enabled,
         );

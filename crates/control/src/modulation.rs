@@ -42,23 +42,56 @@ pub fn inside_circle<R: Real>(wanted: Rotor<R>, radius_v: R) -> (Rotor<R>, R::Ma
     (Rotor { d, q }, !kept)
 }
 
-/// The duties that make a stator voltage vector at a supply of 1/`inverse_bus_per_v`, each within
-/// [`reach`] of one half, whatever the voltage and the supply are.
+/// The part of a PWM period that a dead time takes off a phase: a number from 0 to ¼, whatever the
+/// times are.
+pub fn dead_part<R: Real>(dead_time_s: R, pwm_period_s: R) -> R {
+    let part = dead_time_s / pwm_period_s;
+    R::select(R::splat(0.0).lt(part), part, R::splat(0.0)).least(R::splat(0.25))
+}
+
+/// What is added to the duties against the dead time: its part of the period with the sign of each
+/// phase's current. After a switching the current decides where the phase is: one into the motor
+/// finds the positive half of the period shortened, one out of it the negative half. So the mean
+/// voltage is off by dead time/period · Vbus against the current; in duties the supply has no part in
+/// it. About zero, where a sign is a guess, it is as much less as the current is: `part_per_a` is the
+/// slope there.
+#[inline(always)]
+pub fn against_dead_time<R: Real>(current_a: Stator<R>, part: R, part_per_a: R) -> [R; 3] {
+    phases(current_a).map(|current| (current * part_per_a).within(part))
+}
+
+/// The duties that make a stator voltage vector at a supply of 1/`inverse_bus_per_v`, with `more` of
+/// each phase, each within `reach` of one half, whatever the voltage and the supply are.
+///
+/// A pulse shorter than the dead time cannot be made: of it there is all or nothing. Where the vector
+/// asks for one at each end, because there is less than `shortest` of the period left beside the outer
+/// phases, all three are shifted until one of them does not switch; the one which the middle phase is
+/// further from.
 #[inline(always)]
 pub fn duties<R: Real>(
     voltage_v: Stator<R>,
     inverse_bus_per_v: R,
+    more: [R; 3],
+    shortest: R,
     reach: R,
     enabled: R::Mask,
 ) -> Duty<R> {
     let [a, b, c] = phases(voltage_v);
     let greatest = a.greatest(b).greatest(c);
     let least = a.least(b).least(c);
-    let half = R::splat(0.5);
+    let (zero, half) = (R::splat(0.0), R::splat(0.5));
     let shift = (greatest + least) * half;
-    let duty = |phase: R| ((phase - shift) * inverse_bus_per_v).within(reach) + half;
+    let left = half - (greatest - shift) * inverse_bus_per_v;
+    let left = R::select(left.lt(shortest), left, zero);
+    // The middle phase is below the middle where the shift is above 0.
+    let push = R::select(shift.lt(zero), -left, left);
+    let duty = |phase: R, more: R| {
+        let duty = (phase - shift) * inverse_bus_per_v + (more + push);
+        duty.within(reach) + half
+    };
+    let [more_a, more_b, more_c] = more;
     Duty {
-        phase: [duty(a), duty(b), duty(c)],
+        phase: [duty(a, more_a), duty(b, more_b), duty(c, more_c)],
         enabled,
     }
 }
@@ -72,7 +105,7 @@ mod tests {
 
     fn realised(vector: Rotor<f32>, angle: i32, margin: f32) -> [f32; 3] {
         let stator = Rotation::<f32>::at(angle).unpark(vector);
-        duties(stator, 1.0 / BUS_V, reach(margin), true).phase
+        duties(stator, 1.0 / BUS_V, [0.0; 3], 0.0, reach(margin), true).phase
     }
 
     #[test]
@@ -170,7 +203,16 @@ mod tests {
             for beta in odd {
                 for inverse in odd {
                     for margin in odd {
-                        let duty = duties(Stator { alpha, beta }, inverse, reach(margin), true);
+                        let part = dead_part(margin, inverse);
+                        assert!((0.0..=0.25).contains(&part), "{part}");
+                        let current = Stator {
+                            alpha: beta,
+                            beta: inverse,
+                        };
+                        let more = against_dead_time(current, part, alpha);
+                        assert!(more.iter().all(|more| more.abs() <= 0.25), "{more:?}");
+                        let voltage = Stator { alpha, beta };
+                        let duty = duties(voltage, inverse, more, part, reach(margin), true);
                         for phase in duty.phase {
                             assert!((0.0..=1.0).contains(&phase), "{phase}");
                         }

@@ -51,8 +51,15 @@ pub struct PowerStage<R: Real> {
     pub current_limit_a: R,
     /// Longest voltage vector that the amplifier may be asked for, V (P3 0x3001,9).
     pub voltage_limit_v: R,
-    /// Duties stay this far away from 0 and 1, for the sensors or the gate drivers; 0 to ½.
+    /// Part of the PWM period, 0 to ½, that each phase spends at least on either rail, for the sensors
+    /// or the gate drivers. Duties may be nearer to 0 and 1 by what is added against the dead time.
     pub duty_margin: R,
+    /// For how long after each switching both switches of a half bridge are open, s (P3 0x3001,2).
+    /// Its error is compensated; 0: nothing is.
+    pub dead_time_s: R,
+    /// How much later than the timer the switches switch, s (P3 0x3001,3 and 4). The currents are
+    /// sampled as much later.
+    pub propagation_s: R,
 }
 
 /// Gains of the three loops.
@@ -88,9 +95,11 @@ pub struct Gains<R: Real> {
 pub struct Parameters<R: Real> {
     /// Control period, s.
     pub period_s: R,
-    /// PWM period, s. A duty takes effect this long after the start of the control period in which
-    /// it was computed.
+    /// PWM period, s.
     pub pwm_period_s: R,
+    /// How long after the start of the control period in which it was computed the timer takes a
+    /// duty, s: one PWM period, or more where the converters are slow.
+    pub load_delay_s: R,
     /// The motor.
     pub motor: Motor<R>,
     /// The encoder.
@@ -103,6 +112,12 @@ pub struct Parameters<R: Real> {
     pub i2t: I2t<R>,
 }
 
+/// A current of so many converter counts has a direction; below, the compensation of the dead time
+/// fades out. It can be this little because a demand has no noise.
+const SURE_COUNTS: f32 = 0.5;
+/// A measured current below this part of what a given voltage would drive at rest takes its direction
+/// from the voltage.
+const HINT: f32 = 1.0 / 16.0;
 /// Smoothing of the current converters' reading, s.
 const PHASE_ADC_TIME_S: f32 = 0.05;
 /// Filter of the derivative of the velocity error, rad/s: 400 Hz.
@@ -118,10 +133,19 @@ pub(crate) struct Constants<R: Real> {
     pub(crate) current_zero: [R; 2],
     pub(crate) amplifier_limit_a: R,
     pub(crate) voltage_limit_v: R,
-    /// How far duties go from one half.
+    /// How far duties go from one half, what is added against the dead time included.
     pub(crate) reach: R,
+    /// The shortest part of a PWM period that a phase can be on one rail without being there all the
+    /// time; 0 where no phase comes that near to a rail.
+    pub(crate) shortest: R,
     /// Longest realisable vector, supply voltages.
     pub(crate) radius: R,
+    /// Part of a PWM period that the dead time takes off a phase with a current.
+    pub(crate) dead_part: R,
+    /// The same per ampere of a current that is hardly one.
+    pub(crate) dead_part_per_a: R,
+    /// Part of the current at rest that says whereto a given voltage drives a current about zero.
+    pub(crate) hint_a_per_v: R,
 
     pub(crate) electrical_zero: R::Count,
     pub(crate) user_polarity: R::Count,
@@ -167,8 +191,13 @@ impl<R: Real> Constants<R> {
         let rad_per_count =
             R::splat(core::f32::consts::TAU) / counts * pole_pairs * electrical * user;
         let flux_v_s = p.motor.torque_constant_nm_per_a / (R::splat(1.5) * pole_pairs);
-        let applied = e.lag_s + p.pwm_period_s + R::splat(0.5) * p.period_s;
+        // The encoder is read by the timer, all that the bridge does comes later.
+        let sampled = e.lag_s + p.stage.propagation_s;
+        let applied = sampled + p.load_delay_s + R::splat(0.5) * p.period_s;
 
+        let dead_part = modulation::dead_part(p.stage.dead_time_s, p.pwm_period_s);
+        let half = R::splat(0.5);
+        let sure_a = R::splat(SURE_COUNTS * p.stage.scales.current_a);
         let reach = modulation::reach(p.stage.duty_margin);
         let g = &p.gains;
         let d_ki = g.current_d.ki * p.period_s;
@@ -179,12 +208,16 @@ impl<R: Real> Constants<R> {
             current_zero: p.stage.current_zero,
             amplifier_limit_a: p.stage.current_limit_a,
             voltage_limit_v: p.stage.voltage_limit_v,
-            reach,
+            reach: (reach + dead_part).least(half),
+            shortest: R::select(reach.lt(half), R::splat(0.0), dead_part),
             radius: modulation::radius(reach),
+            dead_part,
+            dead_part_per_a: dead_part / sure_a,
+            hint_a_per_v: R::splat(HINT) / p.motor.phase_resistance_ohm,
             electrical_zero: e.electrical_zero,
             user_polarity: e.user_polarity,
             angle_per_count: angle,
-            sample_advance: angle_per_user_count * e.lag_s,
+            sample_advance: angle_per_user_count * sampled,
             apply_advance: angle_per_user_count * applied,
             electrical_rad_per_count: rad_per_count,
             torque_sign: electrical * user,

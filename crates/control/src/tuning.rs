@@ -148,14 +148,30 @@ pub fn velocity(
     })
 }
 
-/// Gain of a position loop, counts/s per count (1/s): Kp = ω. Its velocity demand rides on the
-/// velocity feed-forward, so it corrects only what the velocity loop leaves. Keep the bandwidth a
-/// quarter of the velocity loop's or less.
+/// A proportional and a derivative gain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pd {
+    /// Output per input.
+    pub kp: f32,
+    /// Output per input's rate.
+    pub kd: f32,
+}
+
+/// Gains of a position loop, counts/s per count (1/s) and counts/s per count/s: Kp = ζω and
+/// Kd = ζ − 1. Its velocity demand rides on the velocity feed-forward, so it corrects only what the
+/// velocity loop leaves, and what that sees of a following error e is ζ·(de/dt + ωe): the axis comes
+/// back with ω whatever ζ is, and the velocity loop holds it ζ times as stiffly. At ζ = 1 the
+/// controller is proportional. Keep the bandwidth a quarter of the velocity loop's or less.
 ///
 /// # Errors
 /// [`TuningError::NotPositive`].
-pub fn position(bandwidth_hz: f32) -> Result<f32, TuningError> {
-    Ok(TAU * positive(Figure::Bandwidth, bandwidth_hz)?)
+pub fn position(bandwidth_hz: f32, damping: f32) -> Result<Pd, TuningError> {
+    let omega = TAU * positive(Figure::Bandwidth, bandwidth_hz)?;
+    let damping = positive(Figure::Damping, damping)?;
+    Ok(Pd {
+        kp: damping * omega,
+        kd: damping - 1.0,
+    })
 }
 
 /// Current that accelerates an inertia, A per count/s²: the acceleration feed-forward.
@@ -236,7 +252,12 @@ mod tests {
         let counts = core::f64::consts::TAU / 4096.0;
         near(kp, 2.0 * 628.318_530_7 * per_rad * counts);
         near(ki, 628.318_530_7 * 628.318_530_7 * per_rad * counts);
-        near(position(20.0).unwrap(), 125.663_706);
+        let Pd { kp, kd } = position(20.0, 1.0).unwrap();
+        near(kp, 125.663_706);
+        assert_eq!(kd, 0.0);
+        let Pd { kp, kd } = position(20.0, 2.5).unwrap();
+        near(kp, 314.159_265);
+        assert_eq!(kd, 1.5);
         near(
             acceleration_current(4.45e-7, 0.031_56, 4096.0).unwrap(),
             per_rad * counts,
@@ -262,7 +283,8 @@ mod tests {
             expect(Figure::Inertia, bad, velocity(1.0, 1.0, bad, 1.0, 1.0));
             let constant = velocity(1.0, 1.0, 1.0, bad, 1.0);
             expect(Figure::TorqueConstant, bad, constant);
-            assert!(position(bad).is_err());
+            assert!(position(bad, 1.0).is_err());
+            expect(Figure::Damping, bad, position(1.0, bad));
         }
         assert_eq!(
             current(Rule::PoleZero, 1e38, 1.0, 1e10, 1.0),
@@ -270,7 +292,7 @@ mod tests {
         );
     }
 
-    fn expect(figure: Figure, bad: f32, result: Result<Pi, TuningError>) {
+    fn expect<T: core::fmt::Debug>(figure: Figure, bad: f32, result: Result<T, TuningError>) {
         let Err(TuningError::NotPositive {
             figure: named,
             value,

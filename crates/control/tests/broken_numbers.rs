@@ -68,6 +68,7 @@ impl Dice {
         let mut p = defaults();
         p.period_s = self.odd(p.period_s);
         p.pwm_period_s = self.odd(p.pwm_period_s);
+        p.load_delay_s = self.odd(p.load_delay_s);
         p.motor.phase_resistance_ohm = self.odd(p.motor.phase_resistance_ohm);
         p.motor.phase_inductance_h = self.odd(p.motor.phase_inductance_h);
         p.motor.torque_constant_nm_per_a = self.odd(p.motor.torque_constant_nm_per_a);
@@ -89,6 +90,8 @@ impl Dice {
         s.voltage_limit_v = self.odd(27.7);
         s.current_limit_a = self.odd(3.5);
         s.duty_margin = self.odd(0.01);
+        s.dead_time_s = self.odd(2e-7);
+        s.propagation_s = self.odd(1e-7);
         let g = &mut p.gains;
         g.current_d = self.pi(g.current_d);
         g.current_q = self.pi(g.current_q);

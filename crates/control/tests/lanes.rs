@@ -43,6 +43,7 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
     Parameters {
         period_s: lanes(of, |p| p.period_s),
         pwm_period_s: lanes(of, |p| p.pwm_period_s),
+        load_delay_s: lanes(of, |p| p.load_delay_s),
         motor: Motor {
             phase_resistance_ohm: lanes(of, |p| p.motor.phase_resistance_ohm),
             phase_inductance_h: lanes(of, |p| p.motor.phase_inductance_h),
@@ -64,6 +65,8 @@ fn parameters(of: &[Parameters<f32>; N]) -> Parameters<Lanes> {
             voltage_limit_v: lanes(of, |p| p.stage.voltage_limit_v),
             current_limit_a: lanes(of, |p| p.stage.current_limit_a),
             duty_margin: lanes(of, |p| p.stage.duty_margin),
+            dead_time_s: lanes(of, |p| p.stage.dead_time_s),
+            propagation_s: lanes(of, |p| p.stage.propagation_s),
         },
         gains: Gains {
             current_d: pi(of, |g| g.current_d),
@@ -123,7 +126,10 @@ fn every_lane_has_the_bits_of_its_own_drive() {
     all[1].motor.pole_pairs = 1;
     all[2] = rig::parameters(pole_zero(1500.0), 60.0, 10.0);
     all[2].i2t.enabled = true;
+    all[2].stage.dead_time_s = 200e-9;
     all[3].stage.duty_margin = 0.04;
+    all[3].stage.dead_time_s = 50e-9;
+    all[3].stage.propagation_s = 1e-6;
     all[3].encoder.electrical_polarity = -1;
     let mut rigs: [Rig; N] = from_fn(|i| Rig::new(&all[i]));
     rigs[3].swapped = true;

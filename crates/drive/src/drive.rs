@@ -17,7 +17,8 @@ use crate::{Comms, Health, Host, Local, Made, ParameterError, PwmTiming, Request
 pub struct Hardware {
     /// How the converters convert.
     pub scales: Scales,
-    /// Duties stay this far away from 0 and 1, for current sampling or the gate drivers; 0 to ½.
+    /// Part of the PWM period, 0 to ½, that each phase spends at least on either rail, for current
+    /// sampling or the gate drivers.
     pub duty_margin: f32,
 }
 

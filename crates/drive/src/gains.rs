@@ -5,7 +5,7 @@
 
 use canopen::{Address, Image};
 use control::Real;
-use control::tuning::{self, Pi, TuningError};
+use control::tuning::{self, Pd, Pi, TuningError};
 use personalities::{Figure, GainObjects, LoopObjects, MotionLoop, PidObjects, Scaled};
 
 use crate::configuration::{limit, value};
@@ -142,7 +142,7 @@ impl Direct {
     }
 
     /// The position controller, 1/s, 1/s² and a number; its integral part in counts/s. By the rule it
-    /// is proportional; a damping has no part in it.
+    /// has no integral part.
     pub(crate) fn position(
         self,
         image: &Image<'_>,
@@ -161,14 +161,16 @@ impl Direct {
     fn tuned_position(self, image: &Image<'_>, objects: &LoopObjects) -> Result<Pid, TuningError> {
         match given(image, objects) {
             Some(pid) if self.position => Ok(pid),
-            _ => Ok(Pid {
-                pi: Pi {
-                    kp: tuning::position(value(image, objects.bandwidth))?,
-                    ki: 0.0,
-                },
-                kd: 0.0,
-                integral_limit: None,
-            }),
+            _ => {
+                let bandwidth = value(image, objects.bandwidth);
+                let damping = objects.damping.map_or(1.0, |damping| value(image, damping));
+                let Pd { kp, kd } = tuning::position(bandwidth, damping)?;
+                Ok(Pid {
+                    pi: Pi { kp, ki: 0.0 },
+                    kd,
+                    integral_limit: None,
+                })
+            }
         }
     }
 
@@ -232,7 +234,16 @@ impl Direct {
         if let Some(objects) = tuned(&gains.position) {
             let position = self.tuned_position(image, objects).unwrap_or(none);
             // The velocity loop is taken for ideal: position follows velocity demand.
-            show_loop(image, objects, self.position, &position, 1.0, 1.0);
+            let stiffness = Some(1.0 + position.kd);
+            show_loop(
+                image,
+                objects,
+                self.position,
+                &position,
+                stiffness,
+                1.0,
+                1.0,
+            );
         }
         if let Some(objects) = tuned(&gains.velocity) {
             let velocity = self.tuned_velocity(image, objects, figures);
@@ -246,6 +257,7 @@ impl Direct {
                 objects,
                 self.velocity,
                 &velocity.unwrap_or(none),
+                None,
                 inertia.unwrap_or(0.0),
                 figures.counts_per_turn,
             );
@@ -287,13 +299,14 @@ fn given(image: &Image<'_>, objects: &LoopObjects) -> Option<Pid> {
     })
 }
 
-/// `inertia` is the output for which the controlled quantity's rate is 1, `per_object` the objects'
-/// gain of an internal gain of 1.
+/// `first_order` is the damping of a loop of first order, if it has one, `inertia` the output for which
+/// the controlled quantity's rate is 1, `per_object` the objects' gain of an internal gain of 1.
 fn show_loop(
     image: &mut Image<'_>,
     objects: &LoopObjects,
     is_given: bool,
     pid: &Pid,
+    first_order: Option<f32>,
     inertia: f32,
     per_object: f32,
 ) {
@@ -303,7 +316,7 @@ fn show_loop(
     if is_given {
         let (bandwidth_hz, damping) = equivalent(pid, inertia);
         put(image, objects.bandwidth, bandwidth_hz);
-        if let (Some(object), Some(damping)) = (objects.damping, damping) {
+        if let (Some(object), Some(damping)) = (objects.damping, damping.or(first_order)) {
             put(image, object, damping);
         }
     } else {
@@ -314,7 +327,7 @@ fn show_loop(
 }
 
 /// The natural frequency, Hz, and the damping ratio of (inertia + kd)·s² + kp·s + ki. Without an
-/// integral part the loop is of first order and has a bandwidth only.
+/// integral part the loop is of first order and has no such damping.
 fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
     let Pid {
         pi: Pi { kp, ki },
@@ -337,6 +350,7 @@ fn equivalent(pid: &Pid, inertia: f32) -> (f32, Option<f32>) {
 /// Rounded, and held within the object's type; what is not a number is 0.
 fn put(image: &mut Image<'_>, figure: Figure, value: f32) {
     if let Figure::Object(object) = figure {
-        image.set_number(object.field, (value * object.per_unit + 0.5) as i64);
+        let half = if value < 0.0 { -0.5 } else { 0.5 };
+        image.set_number(object.field, (value * object.per_unit + half) as i64);
     }
 }

@@ -40,6 +40,7 @@ mod probes;
 pub mod program;
 mod publish;
 mod serving;
+mod timing;
 
 pub use axis_part::AxisPart;
 pub use body::{Body, List, OneAxis};
@@ -49,4 +50,5 @@ pub use drive::{Drive, Hardware, MadeDrive};
 pub use faults::Health;
 pub use host::{Host, NoHost, ProgramState};
 pub use local::Local;
-pub use parameters::{ParameterError, PwmTiming};
+pub use parameters::ParameterError;
+pub use timing::PwmTiming;

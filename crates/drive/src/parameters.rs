@@ -4,12 +4,13 @@ use canopen::Image;
 use control::i2t::I2t;
 use control::tuning::{self, Rule, TuningError};
 use control::velocity::Cutoff;
-use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage};
+use control::{EncoderSettings, Gains, Motor, Parameters, PowerStage, Real as _};
 use personalities::{AxisPersonality, Figure, LoopObjects, MotorObjects};
 
 use crate::Hardware;
 use crate::configuration::{gear, limit, max_motor_velocity, value};
 use crate::gains::{Direct, Figures};
+use crate::timing::{PwmTiming, read_timing};
 
 /// A set of parameters from which no controller can be made. The drive announces it as a parameter
 /// error and keeps the controllers that it had.
@@ -27,41 +28,33 @@ pub enum ParameterError {
     PwmFrequency(i64),
     /// The body has no room for so many axes, or the drive has none.
     Axes(usize),
+    /// A dead time in which the slowest driver has not switched yet when the quickest does: both
+    /// switches of a half bridge would be closed.
+    DeadTime {
+        /// What it was, ns.
+        ns: u16,
+        /// How far the drivers' delays are apart, ns.
+        least_ns: u16,
+    },
+    /// No pulse is long enough for the current converters: it would take more than half a PWM period.
+    SamplingPulse {
+        /// What it would have to be, ns.
+        ns: u32,
+        /// The PWM period, ns.
+        period_ns: u32,
+    },
+    /// The current converters are not ready before the next control period begins.
+    Conversion {
+        /// When they are, ns.
+        ns: u32,
+        /// The PWM period, ns.
+        period_ns: u32,
+    },
 }
 
 impl From<TuningError> for ParameterError {
     fn from(error: TuningError) -> ParameterError {
         ParameterError::Tuning(error)
-    }
-}
-
-/// The rate of the bridge and of the loops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PwmTiming {
-    /// PWM frequency, Hz; not 0.
-    pub frequency_hz: u32,
-    /// PWM periods per control period; not 0.
-    pub periods_per_control: u32,
-}
-
-impl PwmTiming {
-    /// Control period, s.
-    pub fn control_period_s(self) -> f32 {
-        self.periods_per_control as f32 / self.frequency_hz as f32
-    }
-
-    /// The time of `n` control periods, ns, rounded down; 0 for a negative number.
-    pub(crate) fn control_periods_ns(self, n: i32) -> u32 {
-        let pwm = u64::try_from(n).unwrap_or(0) * u64::from(self.periods_per_control);
-        let ns = pwm.saturating_mul(1_000_000_000) / u64::from(self.frequency_hz.max(1));
-        u32::try_from(ns).unwrap_or(u32::MAX)
-    }
-
-    /// Control periods in `ns`, rounded up.
-    pub(crate) fn control_periods(self, ns: u32) -> i32 {
-        let pwm = u64::from(ns) * u64::from(self.frequency_hz);
-        let control = pwm.div_ceil(u64::from(self.periods_per_control.max(1)) * 1_000_000_000);
-        i32::try_from(control).unwrap_or(i32::MAX)
     }
 }
 
@@ -137,14 +130,7 @@ pub(crate) fn read_parameters(
         Some(field) => polarity(image.number(field))?,
         None => 1,
     };
-    let frequency = value(image, amplifier.pwm_frequency_hz) as i64;
-    let timing = match u32::try_from(frequency) {
-        Ok(frequency_hz) if frequency_hz > 0 => PwmTiming {
-            frequency_hz,
-            periods_per_control: amplifier.pwm_per_control,
-        },
-        _ => return Err(ParameterError::PwmFrequency(frequency)),
-    };
+    let (timing, times) = read_timing(image, amplifier)?;
     // The objects are terminal to terminal, two phases in series.
     let resistance = 0.5 * set(image, motor, motor.terminal_resistance);
     let inductance = 0.5 * set(image, motor, motor.terminal_inductance);
@@ -196,6 +182,7 @@ pub(crate) fn read_parameters(
     let parameters = Parameters {
         period_s: timing.control_period_s(),
         pwm_period_s: 1.0 / timing.frequency_hz as f32,
+        load_delay_s: times.load_delay_s,
         motor: Motor {
             phase_resistance_ohm: resistance,
             phase_inductance_h: inductance,
@@ -216,7 +203,9 @@ pub(crate) fn read_parameters(
             current_zero: [value(image, zero_a), value(image, zero_b)],
             current_limit_a: amplifier_a,
             voltage_limit_v: value(image, amplifier.max_phase_voltage),
-            duty_margin: hardware.duty_margin,
+            duty_margin: hardware.duty_margin.greatest(times.duty_margin),
+            dead_time_s: times.dead_time_s,
+            propagation_s: times.propagation_s,
         },
         gains: Gains {
             current_d: current(&gains.current_d)?,

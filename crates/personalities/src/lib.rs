@@ -28,10 +28,10 @@ pub mod serial;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
-    AmplifierObjects, AnalogObjects, AxisObjects, ConfigurationObjects, DirectGainObjects,
-    FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects, InputFunction,
-    InputObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects, ProbeEdgeObjects,
-    ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects, WindowObjects,
+    AmplifierObjects, AnalogObjects, AxisObjects, BridgeTimeObjects, ConfigurationObjects,
+    DirectGainObjects, FeedbackObjects, Figure, GainObjects, HomingObjects, HomingSearchObjects,
+    InputFunction, InputObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects,
+    ProbeEdgeObjects, ProbeObjects, Scaled, TargetObjects, TargetWindow, VlObjects, WindowObjects,
 };
 pub use personality::{
     ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, Setting, by_name,

@@ -80,6 +80,16 @@ impl Personality {
             _ => self.cia402.modes().contains(cia402::Mode(mode)),
         }
     }
+
+    /// What its document calls those of its modes that CiA 402 has under another name, or not at all.
+    pub const fn mode_names(&self) -> &'static [(i8, &'static str)] {
+        match self.own {
+            OwnKind::P3Jpl => p3_jpl::MODE_NAMES,
+            OwnKind::Md80 => md80::MODE_NAMES,
+            OwnKind::Roboteq => roboteq::MODE_NAMES,
+            OwnKind::Nothing => &[],
+        }
+    }
 }
 
 /// One axis of a drive: where it finds everything in the dictionary.

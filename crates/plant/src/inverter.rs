@@ -9,8 +9,9 @@ use crate::{Invalid, Vector};
 /// The switches of the bridge and their drivers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bridge {
-    /// For how long after each switching both switches of a half bridge are open, s; below a tenth
-    /// of the PWM period. This is what the hardware does; what the drive believes is its business.
+    /// What drivers and switches by themselves add to the dead time of the PWM timer
+    /// ([`crate::Plant::set_timer_dead_time_s`]), because they open later than they close, s; below a
+    /// tenth of the PWM period.
     pub dead_time_s: f64,
     /// Resistance of a switch that is closed, and of a diode beyond its forward voltage, Ω.
     pub switch_ohm: f64,
@@ -86,7 +87,12 @@ impl<R: Real> Inverter<R> {
         }
     }
 
-    /// Sets the dead time, as a part of the PWM period, 0 to 0.1.
+    /// Sets how many PWM periods after their command duties load, from the next command on.
+    pub fn set_delay_periods(&mut self, periods: u8) {
+        self.delay = periods;
+    }
+
+    /// Sets the dead time, as a part of the PWM period, 0 to ¼.
     pub fn set_dead_part(&mut self, dead_part: R) {
         self.dead_part = dead_part;
         self.activate(self.active);

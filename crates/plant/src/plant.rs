@@ -39,10 +39,12 @@ pub struct Plant<R: Real> {
     mechanics: Mechanics<R>,
     sensors: Sensors<R>,
     wiring: Wiring,
-    /// Ideal switches, supply and wires: the short way through a period.
+    /// Ideal supply, wires and sensors: the short way through a period.
     is_plain: bool,
     is_sound: bool,
     has_dead_time: bool,
+    /// The dead time that the PWM timer has been told, s.
+    timer_dead_time_s: f64,
     /// The gate drivers have opened the bridge, until it is commanded off.
     tripped: R::Mask,
     overcurrent_square: R,
@@ -139,6 +141,7 @@ impl<R: Real> Plant<R> {
             is_plain: true,
             is_sound: true,
             has_dead_time: false,
+            timer_dead_time_s: 0.0,
             tripped: R::Mask::splat(false),
             overcurrent_square: overcurrent_square(parameters),
             bridge_current: R::splat(0.0),
@@ -188,7 +191,13 @@ impl<R: Real> Plant<R> {
         let gain = self.winding.gain_a_per_v();
         let enabled = self.inverter.enabled() & !self.tripped;
         if self.is_plain {
-            let driven = shorted + self.inverter.voltage_v(self.supply.voltage_v()) * gain;
+            let bus = self.supply.voltage_v();
+            let mut driven = shorted + self.inverter.voltage_v(bus) * gain;
+            if self.has_dead_time {
+                let full = gain * (bus + self.supply.diode_drops_v());
+                let pull = full * self.inverter.dead_part();
+                driven = self.inverter.dead_time(driven, pull).current;
+            }
             self.current = driven;
             if (!enabled).any() {
                 let open = diodes::conduct(shorted, self.supply.diode_threshold_v() * gain);
@@ -216,7 +225,7 @@ impl<R: Real> Plant<R> {
         self.periods = self.periods.wrapping_add(1);
     }
 
-    /// The current after a period in which bridge, supply or wires are not ideal, and what that does
+    /// The current after a period in which supply, wires or sensors are not ideal, and what that does
     /// to the supply; from what the current would be with the terminals shorted and the winding's
     /// gain. Where an effect is absent, it computes the bits of the short way.
     #[inline(never)]
@@ -369,16 +378,17 @@ impl<R: Real> Plant<R> {
     /// Finds out whether the short way through a period will do.
     fn look_for_effects(&mut self) {
         let bridge = &self.parameters.bridge;
-        self.has_dead_time = bridge.dead_time_s > 0.0;
+        let dead_time_s = bridge.dead_time_s + self.timer_dead_time_s;
+        self.has_dead_time = dead_time_s > 0.0;
         let dead_part = if self.has_dead_time {
             // Held to a quarter, should parameters not have been checked.
-            (bridge.dead_time_s / self.parameters.pwm_period_s).clamp(0.0, 0.25)
+            (dead_time_s / self.parameters.pwm_period_s).clamp(0.0, 0.25)
         } else {
             0.0
         };
         self.inverter.set_dead_part(R::splat(dead_part as f32));
         self.is_sound = self.wiring.is_sound();
-        let is_ideal = self.supply.is_ideal() && self.is_sound && !self.has_dead_time;
+        let is_ideal = self.supply.is_ideal() && self.is_sound;
         self.is_plain = is_ideal && !self.sensors.is_filtered();
     }
 

@@ -186,10 +186,10 @@ impl VirtualDrive {
             stalled_until: Instant::ZERO,
             boots_at,
             storing: None,
-            timing: PwmTiming {
+            timing: PwmTiming::at(
                 frequency_hz,
-                periods_per_control: first.map_or(1, |axis| axis.amplifier.pwm_per_control),
-            },
+                first.map_or(1, |axis| axis.amplifier.pwm_per_control),
+            ),
             control_at: Instant::ZERO,
             control_rest: 0,
             extremes: Extremes::default(),
@@ -313,18 +313,26 @@ impl VirtualDrive {
         self.control_rest %= hz;
     }
 
-    /// The loops' rate may have been changed by a write; it is from the next boundary on.
+    /// The timer may have been told something else by a write; it counts from the next boundary on.
     fn adopt_timing(&mut self) {
         let Some(timing) = self.core.as_ref().map(Drive::timing) else {
             return;
         };
-        if timing != self.timing {
+        if timing == self.timing {
+            return;
+        }
+        let other_rate = timing.frequency_hz != self.timing.frequency_hz;
+        if other_rate {
             self.control_rest = 0;
-            self.timing = timing;
-            for plant in &mut self.plants {
+        }
+        for plant in &mut self.plants {
+            if other_rate {
                 plant.set_pwm_period_s(1.0 / f64::from(timing.frequency_hz));
             }
+            plant.set_timer_dead_time_s(f64::from(timing.dead_time_ns) * 1e-9);
+            plant.set_late_periods(timing.late_periods);
         }
+        self.timing = timing;
     }
 
     /// A frame has arrived at its controller.

@@ -153,6 +153,86 @@ fn a_position_loop_can_have_an_integral_and_a_derivative_part() {
     assert!(with.abs() <= 2, "{with}");
 }
 
+/// A torque from outside moves an axis under position control the less the higher its damping is, and
+/// the axis comes back as fast: J·s³ + ζ·(Kp s + Ki)·(s + ω) is the loop's polynomial.
+#[test]
+fn a_damping_of_the_position_loop_is_its_stiffness() {
+    let omega = TAU * 6.0;
+    let velocity = TAU * 60.0;
+    // A step of torque that accelerates the free rotor by 1, in steps of 10 µs.
+    let model = |damping: f64| {
+        let (mut position, mut speed, mut integral, mut greatest) = (0.0, 0.0, 0.0, 0.0_f64);
+        let mut after = 0.0;
+        for n in 0..20_000 {
+            let error = damping * (-speed - omega * position);
+            integral += velocity * velocity * error * 1e-5;
+            speed += (1.0 + 2.0 * velocity * error + integral) * 1e-5;
+            position += speed * 1e-5;
+            greatest = greatest.max(position);
+            if n == 5_000 {
+                after = position;
+            }
+        }
+        (greatest, after)
+    };
+    let measured = |damping: f64| {
+        let mut settings = p3(1);
+        settings.plant.motor.coulomb_friction_nm = 0.0;
+        settings.plant.motor.static_friction_nm = 0.0;
+        settings.plant.motor.viscous_friction_nms = 0.0;
+        let inertia = settings.plant.motor.rotor_inertia_kgm2;
+        let mut master = Master::with(vec![settings]);
+        master.write_u16(1, 0x3019, VELOCITY, 600);
+        master.write_u16(1, 0x3019, POSITION, 60);
+        master.write_u16(1, 0x3019, POSITION + 1, (damping * 256.0) as u16);
+        near(gain(&mut master, POSITION, 0), damping * omega, 1e-3);
+        let derivative = gain(&mut master, POSITION, 2);
+        assert!((derivative - (damping - 1.0)).abs() < 1e-4, "{derivative}");
+        master.enable(1, 8);
+        master.run_ms(100);
+        let place = |master: &mut Master| master.drive(1).plant().truth().position_turns() * TAU;
+        let from = place(&mut master);
+        let torque = 8e-3;
+        master.drive(1).plant().set_load_torque_nm(-torque as f32);
+        let (mut greatest, mut after) = (0.0_f64, 0.0);
+        for n in 0..2_000 {
+            master.run_us(100);
+            let moved = place(&mut master) - from;
+            greatest = greatest.max(moved);
+            if n == 500 {
+                after = moved;
+            }
+        }
+        (greatest * inertia / torque, after * inertia / torque)
+    };
+    for damping in [0.5, 1.0, 2.0] {
+        let (wanted, got) = (model(damping), measured(damping));
+        println!("{damping}: {got:?}, model {wanted:?}");
+        near(got.0, wanted.0, 0.1);
+        // Half way back.
+        near(got.1, wanted.1, 0.15);
+    }
+}
+
+/// Given gains without an integral part show both: bandwidth and damping are those that make them.
+#[test]
+fn bandwidth_and_damping_of_the_position_loop_come_back_from_its_gains() {
+    let mut master = Master::new(&[1]);
+    for (hz, damping) in [(20.0, 0.5), (10.0, 1.0), (15.0, 1.75)] {
+        master.write_u16(1, 0x3019, POSITION, (hz * 10.0) as u16);
+        master.write_u16(1, 0x3019, POSITION + 1, (damping * 256.0) as u16);
+        let shown = gain(&mut master, POSITION, 0);
+        if damping < 1.0 {
+            assert_eq!(gain(&mut master, POSITION, 2), damping - 1.0);
+        }
+        // Written as it is shown, it is given from now on.
+        give(&mut master, POSITION, 0, shown);
+        let (seen_hz, seen_damping) = by_rule(&mut master, POSITION);
+        assert!((seen_hz - hz).abs() < 0.11, "{seen_hz} {hz}");
+        assert!((seen_damping - damping).abs() < 0.01, "{seen_damping}");
+    }
+}
+
 /// A derivative part of the velocity loop adds to the inertia: a torque from outside moves the shaft
 /// more slowly, and in the end as far. Without an integral it is a loop of first order.
 #[test]

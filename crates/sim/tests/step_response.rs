@@ -64,9 +64,10 @@ fn velocity_step(bandwidth_hz: f64, damping: f64) -> Response {
 }
 
 /// A step of 200 counts in cyclic synchronous position.
-fn position_step(bandwidth_hz: f64) -> Response {
+fn position_step(bandwidth_hz: f64, damping: f64) -> Response {
     let mut master = Master::new(&[1]);
     master.write_u16(1, 0x3019, 5, (10.0 * bandwidth_hz) as u16);
+    master.write_u16(1, 0x3019, 6, (256.0 * damping).round() as u16);
     master.enable(1, 8);
     let target = master.position(1) + 200;
     let from = position(&mut master);
@@ -99,13 +100,19 @@ fn the_table_of_steps_is_true() {
             }
         }
     }
-    for bandwidth in [5.0, 10.0, 20.0] {
-        let response = position_step(bandwidth);
+    for (bandwidth, damping) in [
+        (5.0, 1.0),
+        (10.0, 1.0),
+        (20.0, 0.7),
+        (20.0, 1.0),
+        (20.0, 1.5),
+    ] {
+        let response = position_step(bandwidth, damping);
         // A first-order loop rises within ln 9/ω; the velocity loop inside adds a little.
         let first_order_ms = 9.0_f64.ln() / (std::f64::consts::TAU * bandwidth) * 1e3;
         let ratio = response.rise_ms / first_order_ms;
         assert!((0.6..1.3).contains(&ratio), "{bandwidth} Hz: {ratio}");
-        row("position", bandwidth, "–", &response);
+        row("position", bandwidth, &damping.to_string(), &response);
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/p3/pid.md");
     let text = std::fs::read_to_string(&path).expect("docs/p3/pid.md");

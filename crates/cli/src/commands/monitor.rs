@@ -12,6 +12,7 @@ use personalities::Personality;
 use tokio::time::timeout;
 
 use super::stop::Stop;
+use crate::named_drives::{self, NamedDrives};
 use crate::wire::{WireArguments, tell_reports};
 use crate::{Failure, drive_kind, output, record_file, time_span};
 
@@ -27,6 +28,7 @@ Examples:
   servobus monitor
   servobus monitor --for 10s --json > trace.jsonl     one JSON object on each line
   servobus monitor --bus socketcan://can0 --record bench.pcapng
+  servobus monitor --node 1-2=p3 --node 3=md80        a bus with different drives
   servobus monitor --bus slcan://127.0.0.1:29537 | grep emergency")]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -34,6 +36,9 @@ pub(crate) struct Arguments {
     /// Whose dictionary gives names and types; `servobus od NAME` lists it.
     #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
     drive: &'static Personality,
+    /// Of these nodes another one, as in 4=md80; may be given several times.
+    #[arg(long, value_name = "ID=NAME", allow_hyphen_values = true)]
+    node: Vec<NamedDrives>,
     /// End after this (real) time, as in 10s, 500ms or 2m.
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = time_span::parse)]
     time: Option<Duration>,
@@ -54,13 +59,19 @@ const LOOK: Duration = Duration::from_millis(50);
 /// # Errors
 /// Exit code 2 if the bus cannot be reached, 1 if it is lost.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let named = named_drives::all(&arguments.node)?;
     let stop = Stop::watch()?;
     arguments.wire.run(async |mut connection| {
         let mut log = match &arguments.record {
             Some(path) => Some(Log::create(path, connection.endpoint().channel())?),
             None => None,
         };
-        let mut decoder = Decoder::with_table(arguments.drive.device.table);
+        let drive = arguments.drive;
+        let mut decoder =
+            Decoder::with_table(drive.device.table).with_mode_names(drive.mode_names());
+        for (node, drive) in &named {
+            decoder.set_drive(*node, drive.device.table, drive.mode_names());
+        }
         let began = RealTime::now();
         connection
             .ask_notes()

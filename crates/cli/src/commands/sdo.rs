@@ -154,7 +154,9 @@ impl Common {
 
     /// What up to four bytes say.
     fn short_words(&self, object: Address, data: Data) -> Option<ObjectValue> {
-        let mut decoder = Decoder::with_table(self.drive.device.table);
+        let drive = self.drive;
+        let mut decoder =
+            Decoder::with_table(drive.device.table).with_mode_names(drive.mode_names());
         let len = data.bytes().len() as u8;
         let command = match data.is_sized() {
             true => 0x43 | 4_u8.saturating_sub(len) << 2,

@@ -2,7 +2,6 @@
 
 mod drive_list;
 mod guests;
-mod named_drives;
 mod plan;
 mod ready;
 mod serial;
@@ -19,12 +18,12 @@ use can::BitRate;
 use personalities::Personality;
 
 use self::drive_list::DriveList;
-use self::named_drives::NamedDrives;
 pub(crate) use self::plan::Plan;
 use self::serial::{Serial, SerialDoor};
 use self::speed::Speed;
 use self::stage::{Log, Stage};
 use super::stop::Stop;
+use crate::named_drives::NamedDrives;
 use crate::{Failure, drive_kind, output, record_file, time_span};
 
 /// Run virtual drives, until Ctrl-C or for some simulated time.

@@ -18,16 +18,32 @@ use crate::sdo::Data;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
     pub(super) table: Option<Table>,
+    pub(super) mode_names: ModeNames,
     pub(super) mode: Option<Mode>,
     pub(super) pdos: Pdos,
     /// A write that was not acknowledged yet.
     pub(super) pending: Option<(Address, Data)>,
 }
 
+/// Names that a drive has for modes of operation.
+type ModeNames = &'static [(i8, &'static str)];
+
+impl Node {
+    /// What is known of it now.
+    pub(super) fn context(&self) -> object::Context<'_> {
+        object::Context {
+            table: self.table.as_ref(),
+            mode: self.mode,
+            mode_names: self.mode_names,
+        }
+    }
+}
+
 /// Puts the frames of one bus into words. Give it every frame, in their order.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     table: Option<Table>,
+    mode_names: ModeNames,
     nodes: BTreeMap<NodeId, Node>,
 }
 
@@ -41,19 +57,33 @@ impl Decoder {
     pub fn with_table(table: Table) -> Decoder {
         Decoder {
             table: Some(table),
-            nodes: BTreeMap::new(),
+            ..Decoder::default()
         }
     }
 
-    /// Takes `table` as the dictionary of `node`.
-    pub fn set_table(&mut self, node: NodeId, table: Table) {
-        self.node(node).table = Some(table);
+    /// The same, with the names that the drives have for modes of operation (0x6060) where CiA 402 has
+    /// others or none.
+    pub fn with_mode_names(self, mode_names: &'static [(i8, &'static str)]) -> Decoder {
+        Decoder { mode_names, ..self }
+    }
+
+    /// Takes `table` as the dictionary of `node`, and `mode_names` for its modes.
+    pub fn set_drive(
+        &mut self,
+        node: NodeId,
+        table: Table,
+        mode_names: &'static [(i8, &'static str)],
+    ) {
+        let node = self.node(node);
+        node.table = Some(table);
+        node.mode_names = mode_names;
     }
 
     fn node(&mut self, node: NodeId) -> &mut Node {
-        let table = self.table;
+        let (table, mode_names) = (self.table, self.mode_names);
         self.nodes.entry(node).or_insert_with(|| Node {
             table,
+            mode_names,
             ..Node::default()
         })
     }
@@ -116,6 +146,7 @@ impl Decoder {
                 if node.is_none_or(|node| node == *known) {
                     *state = Node {
                         table: state.table,
+                        mode_names: state.mode_names,
                         ..Node::default()
                     };
                 }
@@ -153,8 +184,7 @@ impl Decoder {
                 rest = after;
                 if let Some(data) = Data::sized(own) {
                     known.mode = mode_in(mapped.object, own).or(known.mode);
-                    let table = known.table.as_ref();
-                    values.push(object::value(table, known.mode, mapped.object, data));
+                    values.push(object::value(&known.context(), mapped.object, data));
                 }
             }
             seen.push(PdoContents {

@@ -9,6 +9,15 @@ use super::standard;
 use crate::Value;
 use crate::sdo::Data;
 
+/// What is known of a node, for the words of its values.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Context<'a> {
+    pub(super) table: Option<&'a Table>,
+    pub(super) mode: Option<Mode>,
+    /// The drive's own names of modes.
+    pub(super) mode_names: &'a [(i8, &'a str)],
+}
+
 /// What is known of an object.
 #[derive(Clone, Copy, Debug)]
 struct Known {
@@ -51,27 +60,20 @@ pub(super) fn name(table: Option<&Table>, address: Address) -> Option<String> {
 }
 
 /// A value that an SDO or a PDO carries.
-pub(super) fn value(
-    table: Option<&Table>,
-    mode: Option<Mode>,
-    address: Address,
-    data: Data,
-) -> ObjectValue {
-    let known = known(table, address);
+pub(super) fn value(context: &Context<'_>, address: Address, data: Data) -> ObjectValue {
+    let known = known(context.table, address);
     let typed = known.and_then(|known| data.value(known.data_type));
     let text = match (typed, known) {
-        (Some(Value::Integer(number)), Some(known)) => {
-            match meaning(table, mode, address, number) {
-                Some(words) => {
-                    let digits = 2 * usize::from(known.data_type.size());
-                    format!(
-                        "0x{:0digits$X}: {words}",
-                        data.raw() & mask(known.data_type)
-                    )
-                }
-                None => number_text(number, known),
+        (Some(Value::Integer(number)), Some(known)) => match meaning(context, address, number) {
+            Some(words) => {
+                let digits = 2 * usize::from(known.data_type.size());
+                format!(
+                    "0x{:0digits$X}: {words}",
+                    data.raw() & mask(known.data_type)
+                )
             }
-        }
+            None => number_text(number, known),
+        },
         (Some(value), Some(known)) => with_unit(value.to_string(), known.unit),
         _ => untyped(data),
     };
@@ -127,15 +129,35 @@ fn untyped(data: Data) -> String {
     }
 }
 
+/// The object of the first axis that this one is for another: CiA 402 gives each axis 0x800 objects.
+/// And whether it is of another.
+fn first_axis(address: Address) -> (Address, bool) {
+    match address.index {
+        0x6800..=0x9FFF => {
+            let index = 0x6000 + (address.index - 0x6000) % 0x800;
+            (Address::new(index, address.sub), true)
+        }
+        _ => (address, false),
+    }
+}
+
+/// A dictionary has a state machine behind its statusword: its value changes by itself. Without a
+/// dictionary that is taken for granted.
+fn has_states(table: Option<&Table>) -> bool {
+    let Some(table) = table else { return true };
+    let row = table.find(0x6041, 0).ok();
+    let row = row.and_then(|entry| table.row(&entry));
+    row.is_none_or(|row| row.is_live)
+}
+
 /// Objects whose numbers mean something; `None` for plain quantities.
-fn meaning(
-    table: Option<&Table>,
-    mode: Option<Mode>,
-    address: Address,
-    number: i64,
-) -> Option<String> {
-    let raw = number as u32;
-    Some(match (address.index, address.sub) {
+fn meaning(context: &Context<'_>, address: Address, number: i64) -> Option<String> {
+    let (table, raw) = (context.table, number as u32);
+    let (general, is_other_axis) = first_axis(address);
+    // Whose mode is known is the first axis.
+    let mode = context.mode.filter(|_| !is_other_axis);
+    Some(match (general.index, general.sub) {
+        (0x6040 | 0x6041, 0) if !has_states(table) => return None,
         (0x6040, 0) => match mode {
             Some(mode) => Controlword(raw as u16).in_mode(mode).to_string(),
             None => Controlword(raw as u16).to_string(),
@@ -144,7 +166,7 @@ fn meaning(
             Some(mode) => Statusword(raw as u16).in_mode(mode).to_string(),
             None => Statusword(raw as u16).to_string(),
         },
-        (0x6060 | 0x6061, 0) => Mode(raw as i8).to_string(),
+        (0x6060 | 0x6061, 0) => mode_name(context, raw as i8),
         (0x6502, 0) => modes(raw),
         (0x1000, 0) => format!("profile {}, additional 0x{:04X}", raw & 0xFFFF, raw >> 16),
         (0x1001, 0) => register_text(raw as u8),
@@ -155,6 +177,14 @@ fn meaning(
         (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => mapped(table, raw),
         _ => return None,
     })
+}
+
+fn mode_name(context: &Context<'_>, mode: i8) -> String {
+    let mut own = context.mode_names.iter();
+    match own.find(|(number, _)| *number == mode) {
+        Some((_, name)) => (*name).to_owned(),
+        None => Mode(mode).to_string(),
+    }
 }
 
 fn modes(raw: u32) -> String {

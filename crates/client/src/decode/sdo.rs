@@ -26,7 +26,7 @@ pub(super) fn request(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning 
             name: object::name(table, address),
         },
         Some(Request::Download(address, data)) => {
-            let value = object::value(table, known.mode, address, data);
+            let value = object::value(&known.context(), address, data);
             known.pending = Some((address, data));
             Meaning::Write {
                 node: number,
@@ -60,7 +60,7 @@ pub(super) fn answer(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning {
         },
         Some(Answer::Uploaded(address, data)) => {
             learn(known, address, data);
-            let value = object::value(known.table.as_ref(), known.mode, address, data);
+            let value = object::value(&known.context(), address, data);
             Meaning::Value {
                 node: number,
                 value,

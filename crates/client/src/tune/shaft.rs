@@ -59,24 +59,31 @@ impl<L: Link, W: Watch> Session<'_, L, W> {
             sense: 1.0,
         };
         let seen = [POSITION, ACTUAL_TORQUE];
-        let driven = loop {
-            match self.drive_to_and_fro(motor, &seen, &run).await {
-                // Cogging and dry friction may hold the rotor.
+        let shaft = loop {
+            let found = match self.drive_to_and_fro(motor, &seen, &run).await {
+                Ok(driven) => {
+                    let samples: Vec<Sample> =
+                        driven.into_iter().map(|driven| driven.sample).collect();
+                    mechanics(&samples, motor, run.torque_pm as f64)
+                }
+                Err(cause) => Err(cause),
+            };
+            match found {
+                // Cogging and dry friction may hold the rotor, or let it go by fits and starts.
                 Err(Cause::Implausible(_)) if run.torque_pm < MOST_PM as i64 => {
                     run.torque_pm = (2 * run.torque_pm).min(MOST_PM as i64);
                 }
-                driven => break driven?,
+                found => break found?,
             }
         };
         self.give_back_one(MAX_MOTOR_VELOCITY).await?;
-        let samples: Vec<Sample> = driven.into_iter().map(|driven| driven.sample).collect();
-        mechanics(&samples, motor)
+        Ok(shaft)
     }
 }
 
 /// Fits the way of the shaft to the torque that drove it, both integrated twice: no difference is
-/// taken of anything that was measured.
-fn mechanics(samples: &[Sample], motor: &Motor) -> Result<Shaft, Cause> {
+/// taken of anything that was measured. `torque_pm` is what was asked for, either way.
+fn mechanics(samples: &[Sample], motor: &Motor, torque_pm: f64) -> Result<Shaft, Cause> {
     let (mut once, mut twice) = ([0.0; 3], [0.0; 3]);
     let mut rows = Vec::with_capacity(samples.len());
     let origin = samples.first().map_or(0.0, |s| s.values[0]);
@@ -117,9 +124,20 @@ fn mechanics(samples: &[Sample], motor: &Motor) -> Result<Shaft, Cause> {
         remedy: "the shaft does not follow the torque; calibrate the electrical zero first",
     }
     .check()?;
+    let friction_pm = -found.coefficients[3] / per_permille;
+    // A rotor that stood for a while has moved by something else than these three.
+    Finding {
+        what: "the friction at the shaft",
+        seen: friction_pm,
+        low: -0.1 * torque_pm,
+        high: torque_pm,
+        unit: "per mille of rated torque",
+        remedy: "the shaft moves by fits and starts; free it, or calibrate the electrical zero first",
+    }
+    .check()?;
     Ok(Shaft {
         acceleration_per_permille: per_permille,
-        friction_pm: -found.coefficients[3] / per_permille,
+        friction_pm,
         load_pm: -found.coefficients[4] / per_permille,
         inertia_ratio: ratio,
     })
@@ -180,7 +198,7 @@ mod tests {
                 v += (torque - rubs - load) * per_permille * 1e-4;
                 x += v * 1e-4;
             }
-            let shaft = mechanics(&samples, &MOTOR).unwrap();
+            let shaft = mechanics(&samples, &MOTOR, 150.0).unwrap();
             assert!(
                 (shaft.inertia_ratio / ratio - 1.0).abs() < 0.02,
                 "{shaft:?}"

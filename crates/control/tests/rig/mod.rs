@@ -39,6 +39,7 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
     Parameters {
         period_s: CONTROL_S as f32,
         pwm_period_s: PWM_S as f32,
+        load_delay_s: PWM_S as f32,
         motor: Motor {
             phase_resistance_ohm: PHASE_R_OHM as f32,
             phase_inductance_h: PHASE_L_H as f32,
@@ -60,6 +61,8 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             current_limit_a: 5.0,
             voltage_limit_v: 100.0,
             duty_margin: 0.0,
+            dead_time_s: 0.0,
+            propagation_s: 0.0,
         },
         gains: Gains {
             current_d: current,
@@ -71,7 +74,7 @@ pub fn parameters(current: Pi, velocity_hz: f32, position_hz: f32) -> Parameters
             velocity_integral_limit_a: 5.0,
             speed_limit: velocity.kp,
             position: Pi {
-                kp: tuning::position(position_hz).unwrap(),
+                kp: tuning::position(position_hz, 1.0).unwrap().kp,
                 ki: 0.0,
             },
             position_derivative: 0.0,

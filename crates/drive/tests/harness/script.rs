@@ -119,6 +119,9 @@ impl World {
             self.check_duty(&duty);
             if self.has_motor {
                 self.plant.load(&duty);
+                let dead_time_ns = self.drive.timing().dead_time_ns;
+                self.plant
+                    .set_timer_dead_time_s(f64::from(dead_time_ns) * 1e-9);
                 for _ in 0..5 {
                     self.plant.step();
                 }

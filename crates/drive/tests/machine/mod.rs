@@ -102,7 +102,10 @@ impl Bench {
         };
         self.duty = self.drive.control_period(&self.plant.sample(), &signals);
         self.plant.load(&self.duty);
-        for _ in 0..self.drive.timing().periods_per_control {
+        let timing = self.drive.timing();
+        self.plant
+            .set_timer_dead_time_s(f64::from(timing.dead_time_ns) * 1e-9);
+        for _ in 0..timing.periods_per_control {
             self.plant.step();
         }
         if let Some((low, high)) = self.stops {

@@ -44,6 +44,9 @@ pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout
 /// The same dictionary as a constant, to resolve handles in.
 const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
+/// Names of modes that are not CiA 402's (M3).
+pub const MODE_NAMES: &[(i8, &str)] = &[(-2, "service"), (-1, "service")];
+
 /// The MD80's CANopen: plain CiA 301 but for these.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     zero_padded_writes: true,   // M19

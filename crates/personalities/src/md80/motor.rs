@@ -5,7 +5,8 @@ use canopen::Dictionary;
 use super::internal;
 use crate::p3::{plain, scaled};
 use crate::{
-    AmplifierObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects, PidObjects,
+    AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotionLoop,
+    MotorObjects, PidObjects,
 };
 
 /// The motor.
@@ -44,6 +45,7 @@ pub(super) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
     AmplifierObjects {
         pwm_frequency_hz: Figure::Fixed(internal::LOOP_HZ),
         pwm_per_control: 1,
+        times: BridgeTimeObjects::NONE,
         max_current: Figure::Fixed(internal::BOARD_CURRENT_A),
         max_of_rated_current: Some((
             scaled(objects, 0x6073, 0, 1e-3),

@@ -8,7 +8,8 @@ use canopen::{Address, Dictionary, Row};
 use super::scaled;
 use crate::class::{CONTROL, TARGET_VOLTAGE};
 use crate::{
-    AmplifierObjects, DirectGainObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects,
+    AmplifierObjects, BridgeTimeObjects, DirectGainObjects, Figure, GainObjects, LoopObjects,
+    MotionLoop, MotorObjects,
 };
 
 /// A parameter of the controllers that is stored.
@@ -41,7 +42,8 @@ pub(crate) const MOTOR_ROWS: &[Row] = &[
     parameter(i16(0x3011, 8, "Max continuous current").unit("mA").range(0, 3500).default(716)),
     parameter(i16(0x3011, 9, "Peak current").unit("mA").range(0, 3500).default(2000)),
     parameter(i16(0x3011, 10, "Peak current duration").unit("ms").range(0, 32767).default(1000)),
-    // Not in the manual; as in the successor. The drive only keeps it, for those who calibrate.
+    // Not in the manual; as in the successor. It is there for those who calibrate: the drive has no
+    // procedure of its own that a current would be for.
     parameter(i16(0x3011, 11, "Calibration current").unit("mA").range(0, 32767).default(358)),
     feedback(i16(0x3012, 1, "Raw encoder reading").unit("cts")),
     parameter(u32(0x3013, 1, "Encoder resolution").unit("cts/rev").default(4096)),
@@ -55,13 +57,14 @@ pub(crate) const AMPLIFIER_ROWS: &[Row] = &[
     feedback(u16(0x3000, 1, "Sensed bus voltage").unit("0.1V")),
     feedback(i16(0x3000, 2, "Temperature").unit("degC")),
     parameter(u32(0x3001, 1, "PWM frequency").unit("Hz").range(20_000, 100_000).default(100_000)),
-    // 2 to 7 are the board's own figures. The drive keeps them: it compensates none of them.
-    u16(0x3001, 2, "Dead time").rw().unit("ns").default(200).store(Application),
-    u16(0x3001, 3, "Minimum gate driver propagation delay").rw().unit("ns").store(Application),
-    u16(0x3001, 4, "Delta propagation delay").rw().unit("ns").store(Application),
-    u16(0x3001, 5, "Maximum settling time of current sensor").rw().unit("ns").store(Application),
-    u16(0x3001, 6, "ADC sampling time").rw().unit("ns").store(Application),
-    u16(0x3001, 7, "ADC conversion time").rw().unit("ns").store(Application),
+    // A tenth of the shortest PWM period: more is more than a compensation can make up for.
+    parameter(u16(0x3001, 2, "Dead time").unit("ns").range(0, 1000).default(200)),
+    // The manual states no figures of its board: 0 is none that matters.
+    parameter(u16(0x3001, 3, "Minimum gate driver propagation delay").unit("ns")),
+    parameter(u16(0x3001, 4, "Delta propagation delay").unit("ns")),
+    parameter(u16(0x3001, 5, "Maximum settling time of current sensor").unit("ns")),
+    parameter(u16(0x3001, 6, "ADC sampling time").unit("ns")),
+    parameter(u16(0x3001, 7, "ADC conversion time").unit("ns")),
     parameter(i16(0x3001, 8, "Maximum current").unit("mA").range(0, 3500).default(3500)),
     // At first and at most what 48 V allow.
     parameter(i16(0x3001, 9, "Maximum phase voltage").unit("mV").range(1, 27_713).default(27_713)),
@@ -87,7 +90,6 @@ pub(crate) const GAIN_ROWS: &[Row] = &[
     parameter(u16(0x3019, 3, "Q-axis control bandwidth").unit("0.1Hz").range(1, 65_535).default(20_000)),
     parameter(u16(0x3019, 4, "Q-axis damping").unit("1/256").range(1, 65_535).default(256)),
     gain(u16(0x3019, 5, "Position control bandwidth").unit("0.1Hz").range(1, 65_535).default(200)),
-    // Kept: the rule makes a proportional controller, which has no damping to choose.
     gain(u16(0x3019, 6, "Position damping").unit("1/256").range(1, 65_535).default(256)),
     gain(i32(0x3019, 7, "Position proportional gain").unit("1/s*2^-15").range(0, i32::MAX as i64)),
     gain(i32(0x3019, 8, "Position integral gain").unit("1/s2*2^-15").range(0, i32::MAX as i64)),
@@ -131,6 +133,14 @@ pub(crate) const fn amplifier<const N: usize>(objects: &Dictionary<N>) -> Amplif
     AmplifierObjects {
         pwm_frequency_hz: Figure::plain(objects.need(0x3001, 1)),
         pwm_per_control: 5, // l.888
+        times: BridgeTimeObjects {
+            dead_time: Figure::plain(objects.need(0x3001, 2)),
+            propagation: Figure::plain(objects.need(0x3001, 3)),
+            propagation_spread: Figure::plain(objects.need(0x3001, 4)),
+            settling: Figure::plain(objects.need(0x3001, 5)),
+            sampling: Figure::plain(objects.need(0x3001, 6)),
+            conversion: Figure::plain(objects.need(0x3001, 7)),
+        },
         max_current: Figure::Object(scaled(objects, 0x3001, 8, 1e-3)),
         max_of_rated_current: None,
         max_phase_voltage: Figure::Object(scaled(objects, 0x3001, 9, 1e-3)),

@@ -38,6 +38,9 @@ pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout
 /// The same dictionary as a constant, to resolve handles in.
 pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
+/// Names of modes that are not CiA 402's (l.154, J15).
+pub const MODE_NAMES: &[(i8, &str)] = &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")];
+
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     short_requests: true, // J10

@@ -5,7 +5,9 @@ use canopen::row::{i16, u8, u16};
 use canopen::{Dictionary, Row};
 
 use super::properties::{ELECTRICAL_ZERO, POLES, TURN, property};
-use crate::{AmplifierObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects};
+use crate::{
+    AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects,
+};
 
 const fn input(row: Row) -> Row {
     row.tpdo()
@@ -66,6 +68,10 @@ pub(super) const fn amplifier() -> AmplifierObjects {
     AmplifierObjects {
         pwm_frequency_hz: Figure::Fixed(100_000.0),
         pwm_per_control: 5,
+        times: BridgeTimeObjects {
+            dead_time: Figure::Fixed(200.0),
+            ..BridgeTimeObjects::NONE
+        },
         max_current: Figure::Fixed(3.5),
         max_of_rated_current: None,
         max_phase_voltage: Figure::Fixed(27.713),

@@ -50,6 +50,15 @@ const ONE: Dictionary<{ dictionary::count(ROWS_1) }> = dictionary::layout(ROWS_1
 const TWO: Dictionary<{ dictionary::count(ROWS_2) }> = dictionary::layout(ROWS_2);
 const THREE: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::layout(ROWS_3);
 
+/// Names of modes that are not CiA 402's (Table 1).
+pub const MODE_NAMES: &[(i8, &str)] = &[
+    (-4, "velocity, by position"),
+    (-3, "profile velocity, by position"),
+    (-2, "position tracking"),
+    (-1, "position relative"),
+    (0, "open loop"),
+];
+
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     tpdo_forbids_remote: true,

@@ -7,7 +7,9 @@
 //! winding of the same sheet, 0.56 mH and 92.5 gcm²; four times the first for twice the turns. Eight
 //! pole pairs. The encoder on it has 1,024 lines, 4,096 counts.
 
-use crate::{AmplifierObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects};
+use crate::{
+    AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects,
+};
 
 /// Encoder counts of a turn.
 pub(super) const COUNTS: f32 = 4096.0;
@@ -43,6 +45,7 @@ pub(super) const MOTOR: MotorObjects = MotorObjects {
 pub(super) const AMPLIFIER: AmplifierObjects = AmplifierObjects {
     pwm_frequency_hz: Figure::Fixed(100_000.0),
     pwm_per_control: 5,
+    times: BridgeTimeObjects::NONE,
     max_current: Figure::Fixed(4.0),
     max_of_rated_current: None,
     max_phase_voltage: Figure::Fixed(40.0),

@@ -138,6 +138,25 @@ impl<R: Real> Plant<R> {
         self.board.set_torque_off(asked);
     }
 
+    /// Sets the dead time that the PWM timer makes, s (the P3's 0x3001,2), 0 to 1 ms; at first 0. What
+    /// drivers and switches add to it by themselves is [`crate::Bridge::dead_time_s`].
+    pub fn set_timer_dead_time_s(&mut self, dead_time_s: f64) {
+        let dead_time_s = if dead_time_s > 0.0 { dead_time_s } else { 0.0 };
+        self.timer_dead_time_s = if dead_time_s < 1e-3 {
+            dead_time_s
+        } else {
+            1e-3
+        };
+        self.look_for_effects();
+    }
+
+    /// Lets the timer take duties by so many PWM periods later than
+    /// [`crate::Parameters::load_delay_periods`] says, from the next command on; at first 0.
+    pub fn set_late_periods(&mut self, periods: u8) {
+        let delay = self.parameters.load_delay_periods.saturating_add(periods);
+        self.inverter.set_delay_periods(delay);
+    }
+
     /// Changes the PWM period, s, between two steps (the P3's 0x3001,1). Motion and currents go on.
     /// The period is held between 1 µs and 1 ms.
     pub fn set_pwm_period_s(&mut self, period_s: f64) {

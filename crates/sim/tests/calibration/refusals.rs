@@ -179,6 +179,53 @@ fn whoever_stops_finds_the_motor_without_power_and_the_objects_as_they_were() {
     }
 }
 
+/// Notes the current with which the rotor is led, mA.
+struct Notes<'a>(&'a Cell<f64>);
+
+impl Watch for Notes<'_> {
+    fn progress(&mut self, progress: &Progress) {
+        if let Progress::Measured {
+            what: "current of the d axis",
+            value,
+            ..
+        } = progress
+        {
+            self.0.set(*value);
+        }
+    }
+
+    fn stop(&mut self) -> bool {
+        false
+    }
+}
+
+/// 0x3011,11; where that is 0, half of the continuous current. It is raised in steps of a tenth.
+#[test]
+fn the_calibration_current_is_the_drives() {
+    let motor = individual(3);
+    let continuous = motor.sheet.continuous_ma;
+    for (written, wanted) in [
+        (continuous / 4, continuous / 4),
+        (continuous * 4 / 5, continuous * 4 / 5),
+        (0, continuous / 2),
+    ] {
+        let mut bus = bus(&motor, &P3, 1);
+        let seen = Cell::new(0.0);
+        let mut client = Client::new(VirtualLink::new(&mut bus, 0));
+        block_on(async {
+            enter(&mut client, NODE, &motor.sheet).await;
+            let data = Value::Integer(written).encode(DataType::I16).unwrap();
+            let object = Address::new(0x3011, 11);
+            client.download(NODE, object, data).await.unwrap();
+            let mut session = Session::new(&mut client, NODE, Notes(&seen));
+            session.calibrate_current_sensor().await.unwrap();
+            session.calibrate_phase_order().await.unwrap();
+        });
+        let part = seen.get() / wanted as f64;
+        assert!((0.99..1.25).contains(&part), "{written} mA: {part}");
+    }
+}
+
 /// A link that breaks after so many frames.
 struct Breaking<'a> {
     link: VirtualLink<'a>,

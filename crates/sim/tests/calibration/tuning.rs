@@ -57,10 +57,14 @@ fn tune(seed: u64) -> Result<[Outcome; 2], String> {
     let (velocity_told, position_told, saved) = told?;
     saved.map_err(|error| format!("motor {seed}: {error}"))?;
     let told: (Tuned, Tuned) = (velocity_told, position_told);
-    // The loop as it was tuned, on the same motor but for its cogging, which would bend the measure.
+    // The loop as it was tuned, on the same motor but for its cogging, which would bend the measure,
+    // and for its dry friction, which would end the way back before it is over.
     let tuned = [5, 6, 10, 11].map(|sub| (sub, gain(&mut bus, sub)));
     let mut smooth = motor;
     smooth.truth.motor.cogging = plant::Cogging::NONE;
+    smooth.truth.motor.coulomb_friction_nm = 0.0;
+    smooth.truth.motor.static_friction_nm = 0.0;
+    smooth.truth.load.coulomb_friction_nm = 0.0;
     let mut bus = super::bus(&smooth, personality(seed), seed);
     {
         let mut client = Client::new(VirtualLink::new(&mut bus, 0));
@@ -137,13 +141,15 @@ fn natural_hz(bus: &mut Bus, truth: &Parameters, rated_nm: f64, which: Loop) -> 
                 .collect();
             command(bus, 0, &[]);
             let end = way[way.len() - 1];
+            // Between two looks: a millisecond is up to 4 % of what is measured.
             let left = |part: f64| {
                 let size = (way[0] - end).abs();
-                way.iter()
-                    .position(|x| (x - end).abs() < part * size)
-                    .unwrap() as f64
+                let is_left = |x: f64| (x - end).abs() / size;
+                let after = way.iter().position(|x| is_left(*x) < part).unwrap();
+                let (before, then) = (is_left(way[after - 1]), is_left(way[after]));
+                after as f64 - (part - then) / (before - then)
             };
-            (0.3_f64 / 0.06).ln() / ((left(0.06) - left(0.3)) * 1e-3) / TAU
+            (0.2_f64 / 0.02).ln() / ((left(0.02) - left(0.2)) * 1e-3) / TAU
         }
     }
 }

@@ -120,7 +120,13 @@ fn modes(drives: Drives<'_>) -> Part {
                 Some(name) => format!("{number} {name}"),
                 None => format!("{number} the maker's own"),
             };
-            row(name, drives, |drive| yes(offered(drive, number)))
+            row(name, drives, |drive| {
+                let mut own = drive.mode_names().iter();
+                match own.find(|(own, _)| *own == number) {
+                    Some((_, name)) if offered(drive, number) => (*name).to_owned(),
+                    _ => yes(offered(drive, number)),
+                }
+            })
         });
     let mut rows: Vec<Row> = rows.collect();
     rows.push(row("0x6502", drives, |drive| {

@@ -9,8 +9,8 @@ use canopen::Instant;
 use personalities::Personality;
 use personalities::p3::P3;
 
-use super::{Arguments, named_drives, store_message};
-use crate::{Failure, drive_kind, scenario_file, time_span};
+use super::{Arguments, store_message};
+use crate::{Failure, drive_kind, named_drives, scenario_file, time_span};
 
 /// The drives that there are unless somebody says.
 const USUAL_NODES: [u8; 3] = [1, 2, 3];
@@ -68,11 +68,10 @@ impl Plan {
             )));
         }
         let said = Said {
-            named: named_drives::all(&arguments.node).map_err(|node| {
-                Failure::input(format!(
-                    "--node names node {node} twice; name every node once"
-                ))
-            })?,
+            named: named_drives::all(&arguments.node)?
+                .into_iter()
+                .map(|(node, kind)| (Place::of_node(node), kind))
+                .collect(),
             places: arguments
                 .nodes
                 .as_ref()

@@ -3,23 +3,22 @@
 use std::fmt;
 use std::str::FromStr;
 
-use ::sim::Place;
 use canopen::NodeId;
 use personalities::Personality;
 
-use crate::drive_kind;
 use crate::node_list::{NodeList, NodeListError};
+use crate::{Failure, drive_kind};
 
 /// Drives of one kind at some nodes.
 #[derive(Clone, Debug)]
-pub(super) struct NamedDrives {
+pub(crate) struct NamedDrives {
     nodes: NodeList,
     kind: &'static Personality,
 }
 
 /// Why a text names no drives.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum NamedDrivesError {
+pub(crate) enum NamedDrivesError {
     /// There is no `=` in it.
     NoKind(String),
     /// What stands before the `=`.
@@ -64,32 +63,36 @@ impl FromStr for NamedDrives {
     }
 }
 
-/// All of them, in the order of their places.
+impl NamedDrives {
+    /// The nodes and the drive that is there.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (NodeId, &'static Personality)> {
+        self.nodes.nodes().iter().map(|node| (*node, self.kind))
+    }
+}
+
+/// All of them, in the order of their nodes.
 ///
 /// # Errors
 /// A node that is there twice.
-pub(super) fn all(named: &[NamedDrives]) -> Result<Vec<(Place, &'static Personality)>, NodeId> {
+pub(crate) fn all(named: &[NamedDrives]) -> Result<Vec<(NodeId, &'static Personality)>, Failure> {
     let mut drives: Vec<(NodeId, &'static Personality)> = Vec::new();
-    for NamedDrives { nodes, kind } in named {
-        for node in nodes.nodes() {
-            if drives.iter().any(|(other, _)| other == node) {
-                return Err(*node);
-            }
-            drives.push((*node, kind));
+    for (node, kind) in named.iter().flat_map(NamedDrives::nodes) {
+        if drives.iter().any(|(other, _)| *other == node) {
+            return Err(Failure::input(format!(
+                "--node names node {node} twice; name every node once"
+            )));
         }
+        drives.push((node, kind));
     }
     drives.sort_by_key(|(node, _)| *node);
-    let drives = drives.into_iter();
-    Ok(drives
-        .map(|(node, kind)| (Place::of_node(node), kind))
-        .collect())
+    Ok(drives)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read(words: &[&str]) -> Result<String, NodeId> {
+    fn read(words: &[&str]) -> Result<String, Failure> {
         let named: Vec<NamedDrives> = words.iter().map(|word| word.parse().unwrap()).collect();
         let drives = all(&named)?;
         let drives = drives
@@ -108,12 +111,9 @@ mod tests {
                 "1 p3-extended, 2 p3, 3 p3, 5 p3-extended",
             ),
         ] {
-            assert_eq!(read(words).as_deref(), Ok(drives), "{words:?}");
+            assert_eq!(read(words).unwrap(), drives, "{words:?}");
         }
-        assert_eq!(
-            read(&["1-3=p3", "2=p3-extended"]),
-            Err(NodeId::new(2).unwrap())
-        );
+        assert!(read(&["1-3=p3", "2=p3-extended"]).is_err());
     }
 
     #[test]
