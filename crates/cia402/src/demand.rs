@@ -33,10 +33,9 @@ pub enum Demand {
         /// Length of the segment.
         duration_ns: u32,
     },
-    /// The phases are shorted: no voltage, and a motor that turns brakes itself. No mode of the axis
-    /// demands it, but a drive's own behaviour may.
+    /// The phases are shorted: a motor that turns brakes itself. From a drive's own behaviour only.
     Shorted,
-    /// A voltage vector that turns by itself, for measuring; no controller. From own behaviour, too.
+    /// A voltage vector that turns by itself, to measure with. From own behaviour only.
     TurningVoltage {
         /// Electrical turns per second.
         turns_per_s: f32,

@@ -36,8 +36,7 @@ pub struct Signals {
     pub magnet: Magnet,
     /// Safe torque off is asked for.
     pub torque_off: bool,
-    /// Angle of a second encoder, on the output of a gear, turns from 0 to 1; `None` if there is none
-    /// or it does not answer.
+    /// Angle of an encoder on the output of a gear, turns from 0 to 1, if one is there and answers.
     pub output_encoder: Option<f32>,
 }
 

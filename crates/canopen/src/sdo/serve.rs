@@ -233,7 +233,10 @@ impl<M: NodeMemory> Node<M> {
             Err(abort) => return Err(abort),
         };
         if !entry.has(flag::READ) {
-            return Err(without(&entry, flag::WRITE, Abort::WRITE_ONLY));
+            return Err(match entry.has(flag::WRITE) {
+                true => Abort::WRITE_ONLY,
+                false => Abort::NO_OBJECT, // seen by the drive alone
+            });
         }
         if entry.has(flag::HISTORY) && !self.history_has(address.sub) {
             return Err(Abort::NO_DATA);
@@ -252,7 +255,10 @@ impl<M: NodeMemory> Node<M> {
             return Err(Abort::DEVICE_STATE);
         }
         if !entry.has(flag::WRITE) {
-            return Err(without(&entry, flag::READ, Abort::READ_ONLY));
+            return Err(match entry.has(flag::READ) {
+                true => Abort::READ_ONLY,
+                false => Abort::NO_OBJECT, // seen by the drive alone
+            });
         }
         Ok(entry)
     }
@@ -423,16 +429,5 @@ fn low_bytes(raw: u32, bytes: u8) -> u32 {
         1 => raw & 0xFF,
         2 => raw & 0xFFFF,
         _ => raw,
-    }
-}
-
-/// What is answered about an object that lacks an access: without the other one, too, it is not
-/// to be seen from outside.
-#[cold]
-fn without(entry: &Entry, other: u16, abort: Abort) -> Abort {
-    if entry.has(other) {
-        abort
-    } else {
-        Abort::NO_OBJECT
     }
 }

@@ -239,6 +239,21 @@ fn positions_of_the_relative_and_tracking_modes_are_scaled() {
     near(f64::from(master.read(1, 0x2104, 1)), 5000.0, 20.0);
     assert_eq!(master.read(1, 0x6064, 0), -250);
     assert_ne!(master.status_of(1) & REACHED, 0);
+    // Halt stops on the way, and what was wanted follows when it is over.
+    master.write_i32(1, 0x30F0, 1, 200_000);
+    master.write_i32(1, 0x607A, 0, 1000); // 30,000 counts
+    master.run_ms(20);
+    master.word(1, 0x10F);
+    master.run_ms(500);
+    near(master.rpm(1), 0.0, 2.0);
+    let halted = master.read(1, 0x2104, 1);
+    assert!((6_000..29_000).contains(&halted), "{halted}");
+    assert_eq!(master.read(1, 0x6061, 0) as i8, -2);
+    master.word(1, 0x0F);
+    master.run_ms(2500);
+    near(f64::from(master.read(1, 0x2104, 1)), 30_000.0, 20.0);
+    master.write_i32(1, 0x607A, 0, -250);
+    master.run_ms(3000);
     // Count position has counts again.
     master.mode(1, 1);
     near(f64::from(master.read(1, 0x6064, 0)), 5000.0, 20.0);

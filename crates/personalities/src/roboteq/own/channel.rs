@@ -51,6 +51,8 @@ pub(super) struct Channel {
     pub(super) rates: [Option<u32>; 2],
     /// A set-point is to be handed over: 2, then 1, is what is left to do.
     pub(super) set_point: u8,
+    /// A halt of position tracking has let the motor go: it is to be braked from its own speed.
+    pub(super) takes_up: bool,
     pub(super) demand: Option<Demand>,
     /// The mode was changed, and no target has come since (R18).
     pub(super) mode_changed: bool,
@@ -290,12 +292,12 @@ impl Channel {
             orders.new_demand = true;
         }
         if self.number == -2 && (word ^ before) & HALT != 0 {
-            // Tracking has no ramp of its own; profile position has, and stays where it stops.
+            // Tracking has no ramp of its own: its demand is at the target already. The motor is
+            // let go and taken up where it is, by a mode that has one.
             let halts = word & HALT != 0;
-            orders.mode = Some(if halts { 1 } else { -2 })
-                .and_then(mode)
-                .map(|mode| mode.0);
+            orders.mode = mode(if halts { 0 } else { -2 }).map(|mode| mode.0);
             orders.new_targets = !halts;
+            self.takes_up = halts;
         }
         let edge = word & !before & NEW_SET_POINT != 0;
         if matches!(self.number, 1 | -1) && edge && word & RELATIVE == 0 {

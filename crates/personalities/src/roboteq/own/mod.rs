@@ -80,7 +80,8 @@ impl Roboteq {
         let number = signed(new);
         let offset = object.index.wrapping_sub(base(view.axis));
         match (offset, object.index) {
-            (0x40, _) if !has_machine => Some(Verdict::Accept), // R24
+            // R24; and until transitions 0 and 1 are done.
+            (0x40, _) if !(has_machine && channel.had_machine) => Some(Verdict::Accept),
             (0x40, _) => {
                 channel.take_word(image, &fields, number as u16, view, orders);
                 None
@@ -243,6 +244,9 @@ impl OwnBehaviour for Roboteq {
             channel.word = 0;
         }
         channel.had_machine = has_machine;
+        if core::mem::take(&mut channel.takes_up) && channel.number == -2 {
+            orders.mode = mode(3).map(|mode| mode.0);
+        }
         channel.flush(image, &fields, orders);
         if !has_machine {
             channel.run_by_itself(view, orders);
@@ -330,7 +334,7 @@ impl OwnBehaviour for Roboteq {
             return;
         };
         let Some(fields) = channel.fields else { return };
-        let status = match has_machine {
+        let status = match has_machine && channel.had_machine {
             true => channel.statusword(image, &fields, view),
             false => 0, // R24
         };
