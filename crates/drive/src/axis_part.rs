@@ -57,7 +57,8 @@ pub struct AxisPart {
     direct: Direct,
     /// The gains that follow from those written are in the image.
     gains_shown: bool,
-    new_shift: Option<i32>,
+    /// By how much positions become greater; 0: they keep their names.
+    new_shift: i32,
     new_captures: News,
     probes: Probes,
     word: Word,
@@ -100,7 +101,7 @@ impl AxisPart {
             new_parameters: true,
             direct: Direct::default(),
             gains_shown: false,
-            new_shift: None,
+            new_shift: 0,
             new_captures: News::INVERTED,
             probes: Probes::default(),
             word: Word::default(),
@@ -372,7 +373,7 @@ impl AxisPart {
 
     /// All positions become `shift` counts greater, at once also those that are shown before the control half has been seen again.
     fn rename(&mut self, shift: i32) {
-        self.new_shift = Some(self.new_shift.unwrap_or(0).wrapping_add(shift));
+        self.new_shift = self.new_shift.wrapping_add(shift);
         self.faults.position_renamed();
         self.seen.rename(shift);
         for position in [

@@ -71,7 +71,8 @@ impl AxisPart {
     }
 
     pub(crate) fn take_position_shift(&mut self) -> Option<i32> {
-        self.new_shift.take()
+        let shift = core::mem::take(&mut self.new_shift);
+        (shift != 0).then_some(shift)
     }
 
     pub(crate) fn take_captures(&mut self, image: &Image<'_>) -> Option<CaptureOrder> {
