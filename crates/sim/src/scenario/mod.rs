@@ -81,12 +81,12 @@ pub const GLOBAL_KEYS: &[(&str, &str, &str)] = &[
     (
         "personality",
         "\"p3\"",
-        "Which drives there are; `--drive` comes before it. Default p3.",
+        "Which drives there are; `--drive` and `--node` come before it. Default p3.",
     ),
     (
         "nodes",
         "[1, 2, \"u1\"]",
-        "Their node IDs, `u1` for the first without one; `--nodes` comes before it. By default the drives that have a table, else 1 to 3.",
+        "Their node IDs, `u1` for the first without one; `--nodes` and `--node` come before it. By default the drives that have a table, else 1 to 3.",
     ),
     (
         "length",
