@@ -121,7 +121,7 @@ fn what_a_drive_cannot_be_is_refused_with_one_that_can() {
     for (words, why) in [
         (
             &["--bit-rate", "125k"][..],
-            "error: p3 has 1 Mbit/s only; for --bit-rate 125k use --drive p3-extended\n",
+            "error: p3 has 1 Mbit/s only; for --bit-rate 125k use --drive p3-extended or --drive roboteq\n",
         ),
         (
             &["--bit-rate", "33k"],

@@ -147,7 +147,8 @@ impl Plan {
     fn check_drive(&self, place: Place, drive: &Personality) -> Result<(), Failure> {
         let name = drive.name;
         let others = |can: fn(&Personality, BitRate) -> bool| {
-            let able = personalities::ALL.iter().filter(|p| can(p, self.bit_rate));
+            let able = drive_kind::families();
+            let able = able.iter().filter(|p| can(p, self.bit_rate));
             let words: Vec<String> = able
                 .map(|p| match self.named {
                     true => format!("--node {place}={}", p.name),
