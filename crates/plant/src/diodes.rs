@@ -77,6 +77,29 @@ pub fn pulled<R: Real>(shorted: Vector<R>, pull: R) -> Pulled<R> {
     }
 }
 
+/// The bits of [`pulled`] where all three phases conduct, each on its way since `before`, and whether
+/// they do. The directions are known before `shorted` is, so that less has to wait for it.
+#[inline(always)]
+pub fn pulled_on<R: Real>(before: Vector<R>, shorted: Vector<R>, pull: R) -> (Pulled<R>, R::Mask) {
+    let zero = R::splat(0.0);
+    let taken = before
+        .phases()
+        .map(|current| R::select(current.lt(zero), -pull, pull));
+    let [taken_a, taken_b, taken_c] = taken;
+    // Two of them have one sign, and the middle one is of the two.
+    let shift = (taken_a + taken_b + taken_c) * R::splat(1.0 / 3.0);
+    let [a, b, c] = shorted.phases();
+    let left = |current: R, taken: R| (current + shift) - taken;
+    let (a, b, c) = (left(a, taken_a), left(b, taken_b), left(c, taken_c));
+    let on = |current: R, taken: R| zero.lt(current * taken);
+    let conduct = on(a, taken_a) & on(b, taken_b) & on(c, taken_c);
+    let current = Vector {
+        alpha: a,
+        beta: (b - c) * R::splat(INVERSE_SQRT_3),
+    };
+    (Pulled { current, taken }, conduct)
+}
+
 /// How far a phase is pulled, A: down while its current is positive, and up while it is negative. It
 /// floats in between. `down` may be negative as long as it is not less than minus `up`; a phase that
 /// hangs on a fixed potential has `down` = -`up`.
@@ -156,7 +179,7 @@ pub fn pulled_unequally<R: Real>(shorted: Vector<R>, pulls: [Pull<R>; 3]) -> Pul
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::{Pull, conduct, pulled, pulled_unequally};
+    use super::{Pull, conduct, pulled, pulled_on, pulled_unequally};
     use crate::Vector;
 
     fn phases(shorted: [f32; 3], bus_current: f32) -> [f32; 3] {
@@ -313,5 +336,29 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn where_all_conduct_the_short_way_has_the_same_bits() {
+        let (mut conducting, mut others) = (0, 0);
+        let mut random = 1_u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        for _ in 0..100_000 {
+            let (before, driven) = ([next(), next(), next()], [next(), next(), next()]);
+            let (before, driven) = (Vector::of_phases(before), Vector::of_phases(driven));
+            let pull = 0.2 * next().abs();
+            let (on, conduct) = pulled_on(before, driven, pull);
+            if conduct {
+                conducting += 1;
+                assert_eq!(on, pulled(driven, pull), "{before:?} {driven:?} {pull}");
+            } else {
+                others += 1;
+            }
+        }
+        // A direction of six, but where a current is about zero.
+        assert!(conducting > 10_000 && others > 50_000, "{conducting}");
     }
 }

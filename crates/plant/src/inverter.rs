@@ -3,7 +3,7 @@
 use control::io::Duty;
 use control::{Mask, Real};
 
-use crate::diodes::{Pull, Pulled, pulled, pulled_unequally};
+use crate::diodes::{Pull, Pulled, pulled, pulled_on, pulled_unequally};
 use crate::{Invalid, Vector};
 
 /// The switches of the bridge and their drivers.
@@ -155,10 +155,21 @@ impl<R: Real> Inverter<R> {
     /// motor finds its positive half shortened, one out of the motor its negative half. So every
     /// phase is pulled toward zero with the mean voltage dead time/period · (bus + two diode drops);
     /// `pull_a` is that voltage times the winding's gain. A current that this would turn round ends
-    /// at zero instead, as in [`pulled`]. A phase that does not switch in this period (0 or 1) has no
+    /// at zero instead, as in [`pulled`]; `before` are the currents with which it begins. A phase that does not switch in this period (0 or 1) has no
     /// dead time, and a pulse shorter than it is lost but not more.
     #[inline(always)]
-    pub fn dead_time(&self, driven: Vector<R>, pull_a: R) -> Pulled<R> {
+    pub fn dead_time(&self, before: Vector<R>, driven: Vector<R>, pull_a: R) -> Pulled<R> {
+        let (on, conduct) = pulled_on(before, driven, pull_a);
+        let is_easy = conduct & !self.narrow;
+        if (!is_easy).any() {
+            Pulled::select(is_easy, on, self.zero_or_narrow(driven, pull_a))
+        } else {
+            on
+        }
+    }
+
+    #[inline(never)]
+    fn zero_or_narrow(&self, driven: Vector<R>, pull_a: R) -> Pulled<R> {
         let quick = pulled(driven, pull_a);
         if self.narrow.any() {
             Pulled::select(self.narrow, self.narrow_pulses(driven, pull_a), quick)
