@@ -2,7 +2,7 @@
 //! SYNC and gets a set-point that moves.
 //!
 //! Every cycle the master sends a SYNC and the set-points; each TPDO must be there before the next
-//! SYNC, of type 1, or 0 where that is every SYNC. How each drive is configured stands in [`mixes`].
+//! SYNC, of type 1, or 0 where that is every SYNC. How each drive is configured stands in `mixes.rs`.
 
 mod mixes;
 
