@@ -112,6 +112,26 @@ pub struct TargetObjects {
     pub voltage_q: Option<(Address, Field)>,
 }
 
+impl TargetObjects {
+    /// These two; no other.
+    pub const fn only(position: Scaled, velocity: Scaled) -> TargetObjects {
+        TargetObjects {
+            position,
+            velocity,
+            torque: None,
+            vl_velocity: None,
+            interpolation_data: None,
+            interpolation_clear: None,
+            position_offset: None,
+            velocity_offset: None,
+            torque_offset: None,
+            angle: None,
+            voltage_d: None,
+            voltage_q: None,
+        }
+    }
+}
+
 /// What the drive shows.
 #[derive(Clone, Copy, Debug)]
 pub struct FeedbackObjects {
@@ -151,6 +171,32 @@ pub struct FeedbackObjects {
     pub motor_thermistor: Option<Scaled>,
     /// Analog inputs, converter counts.
     pub auxiliary_adc: [Option<Scaled>; 2],
+}
+
+impl FeedbackObjects {
+    /// These two; no other.
+    pub const fn only(position: Scaled, velocity: Scaled) -> FeedbackObjects {
+        FeedbackObjects {
+            position,
+            velocity,
+            torque: None,
+            current_a: None,
+            position_demand: None,
+            velocity_demand: [None, None],
+            torque_demand: [None, None],
+            vl_velocity: None,
+            interpolation_buffered: None,
+            following_error: None,
+            velocity_error: None,
+            bus_voltage_v: None,
+            temperature_c: None,
+            raw_encoder: None,
+            current_sense: [None, None],
+            current_d_a: None,
+            motor_thermistor: None,
+            auxiliary_adc: [None, None],
+        }
+    }
 }
 
 /// Limits and profile parameters. Where several objects limit the same thing, the least counts;
@@ -215,6 +261,54 @@ pub struct ConfigurationObjects {
     pub velocity_window_percent: u8,
     /// Speed that counts as standstill, counts/s.
     pub velocity_threshold: f32,
+}
+
+impl ConfigurationObjects {
+    /// These four; no other limit, no option code, and windows of 0.
+    pub const fn only(
+        profile_velocity: Scaled,
+        acceleration: Scaled,
+        deceleration: Scaled,
+        max_torque: Scaled,
+    ) -> ConfigurationObjects {
+        ConfigurationObjects {
+            profile_velocity,
+            acceleration,
+            deceleration,
+            quick_stop_deceleration: None,
+            max_velocity: [None, None],
+            max_motor_velocity: None,
+            max_acceleration: None,
+            max_deceleration: None,
+            position_limits: None,
+            max_torque,
+            jerk: None,
+            vl: None,
+            torque_slope: None,
+            interpolation_period: None,
+            interpolation_buffer: None,
+            quick_stop_option: None,
+            shutdown_option: None,
+            disable_option: None,
+            halt_option: None,
+            fault_reaction_option: None,
+            abort_connection_option: None,
+            following_warning: None,
+            following_fault: None,
+            velocity_warning: None,
+            velocity_fault: None,
+            position_window: TargetWindow::Fixed {
+                size: 0,
+                time_ms: 0,
+            },
+            velocity_window: TargetWindow::Fixed {
+                size: 0,
+                time_ms: 0,
+            },
+            velocity_window_percent: 0,
+            velocity_threshold: 0.0,
+        }
+    }
 }
 
 /// Velocity mode (2): its unit is rpm × dimension factor, its rates a speed in a time.

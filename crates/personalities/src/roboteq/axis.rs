@@ -144,65 +144,31 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
         statusword: Some(objects.handle(base + 0x41, 0)),
         mode_display: objects.need(base + 0x61, 0),
         targets: TargetObjects {
-            position: plain(objects, base + 0x7A, 0),
-            velocity: scaled(objects, base + 0xFF, 0, PER_RPM),
             torque: Some(scaled(objects, base + 0x71, 0, PER_TENTH_AMPERE)),
             vl_velocity: Some(objects.need(base + 0x42, 0)),
-            interpolation_data: None,
-            interpolation_clear: None,
-            position_offset: None,
-            velocity_offset: None,
-            torque_offset: None,
-            angle: None,
-            voltage_d: None,
-            voltage_q: None,
+            ..TargetObjects::only(
+                plain(objects, base + 0x7A, 0),
+                scaled(objects, base + 0xFF, 0, PER_RPM),
+            )
         },
         feedback: FeedbackObjects {
-            position: plain(objects, base + 0x64, 0),
-            velocity: scaled(objects, base + 0x6C, 0, PER_RPM),
             torque: Some(scaled(objects, base + 0x77, 0, PER_TENTH_AMPERE)),
             current_a: Some(scaled(objects, 0x2100, n + 1, 0.1)),
-            position_demand: None,
             velocity_demand: [Some(scaled(objects, base + 0x43, 0, PER_RPM)), None],
-            torque_demand: [None, None],
             vl_velocity: Some(objects.need(base + 0x44, 0)),
-            interpolation_buffered: None,
-            following_error: None,
-            velocity_error: None,
             bus_voltage_v: Some(scaled(objects, 0x210D, 2, 0.1)),
             temperature_c: Some(plain(objects, 0x210F, 2)),
-            raw_encoder: None,
-            current_sense: [None, None],
-            current_d_a: None,
-            motor_thermistor: None,
-            auxiliary_adc: [None, None],
+            ..FeedbackObjects::only(
+                plain(objects, base + 0x64, 0),
+                scaled(objects, base + 0x6C, 0, PER_RPM),
+            )
         },
         configuration: ConfigurationObjects {
-            profile_velocity: scaled(objects, base + 0x81, 0, PER_RPM),
-            acceleration: scaled(objects, base + 0x83, 0, PER_RATE),
-            deceleration: scaled(objects, base + 0x84, 0, PER_RATE),
             quick_stop_deceleration: Some(scaled(objects, 0x30F0, n + 1, PER_RATE)),
-            max_velocity: [None, None],
-            max_motor_velocity: None,
-            max_acceleration: None,
-            max_deceleration: None,
-            position_limits: None,
-            max_torque: current_limit,
-            jerk: None,
-            vl: None, // its unit and ramps: see `own.rs`
+            vl: None, // its unit and ramps: see `own/`
             torque_slope: Some(scaled(objects, base + 0x87, 0, 1e-3 * PER_TENTH_AMPERE)),
-            interpolation_period: None,
-            interpolation_buffer: None,
             quick_stop_option: None, // always 2 (R3)
-            shutdown_option: None,
-            disable_option: None,
-            halt_option: None, // always 2 (R16): see `own.rs`
-            fault_reaction_option: None,
-            abort_connection_option: None,
-            following_warning: None,
-            following_fault: None,
-            velocity_warning: None,
-            velocity_fault: None,
+            halt_option: None,       // always 2 (R16): see `own/`
             position_window: TargetWindow::Fixed {
                 size: 20,
                 time_ms: 0,
@@ -214,6 +180,12 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
             },
             velocity_window_percent: 2,
             velocity_threshold: 683.0,
+            ..ConfigurationObjects::only(
+                scaled(objects, base + 0x81, 0, PER_RPM),
+                scaled(objects, base + 0x83, 0, PER_RATE),
+                scaled(objects, base + 0x84, 0, PER_RATE),
+                current_limit,
+            )
         },
         homing: None,
         rated_torque_nm: Figure::Fixed(motor::RATED_A * motor::TORQUE_CONSTANT),
