@@ -22,6 +22,7 @@ pub mod own;
 pub mod p3;
 pub mod p3_extended;
 pub mod p3_jpl;
+mod pdo_rows;
 mod personality;
 pub mod roboteq;
 pub mod serial;

@@ -5,6 +5,8 @@ use canopen::Group::Communication;
 use canopen::Row;
 use canopen::row::{bool, domain, i8, i16, i32, string, text, u8, u16, u32};
 
+use crate::pdo_rows::{cob_id, event_timer, inhibit_time, transmission_type};
+
 /// A COB-ID that is switched off.
 const OFF: i64 = 1 << 31;
 
@@ -86,34 +88,6 @@ const fn sdo_cob_id(index: u16, sub: u8, name: &'static str) -> Row {
 const fn sdo_client(index: u16) -> Row {
     u8(index, 3, "Node ID of the SDO client")
         .rw()
-        .store(Communication)
-}
-
-const fn cob_id(index: u16, base: u32) -> Row {
-    u32(index, 1, "COB-ID used by PDO")
-        .rw()
-        .default_plus_node(base)
-        .store(Communication)
-}
-
-const fn transmission_type(index: u16) -> Row {
-    u8(index, 2, "Transmission type")
-        .rw()
-        .default(255)
-        .store(Communication)
-}
-
-const fn event_timer(index: u16) -> Row {
-    u16(index, 5, "Event timer")
-        .rw()
-        .unit("ms")
-        .store(Communication)
-}
-
-const fn inhibit_time(index: u16) -> Row {
-    u16(index, 3, "Inhibit time")
-        .rw()
-        .unit("100us")
         .store(Communication)
 }
 

@@ -4,6 +4,8 @@ use canopen::Group::{Application, Communication};
 use canopen::Row;
 use canopen::row::{i16, i32, text, u8, u16, u32};
 
+use crate::pdo_rows::{cob_id, event_timer, inhibit_time, transmission_type};
+
 /// User variables: those that the PDOs of a new controller carry.
 pub(super) const VARIABLES: u8 = 16;
 
@@ -55,34 +57,6 @@ pub(super) const ROWS: &[Row] = &[
 
 /// COB-IDs of TPDOs: bit 30, no remote requests, stays set.
 const NO_REMOTE: u32 = 1 << 30;
-
-const fn cob_id(index: u16, base: u32) -> Row {
-    u32(index, 1, "COB-ID used by PDO")
-        .rw()
-        .default_plus_node(base)
-        .store(Communication)
-}
-
-const fn transmission_type(index: u16) -> Row {
-    u8(index, 2, "Transmission type")
-        .rw()
-        .default(255)
-        .store(Communication)
-}
-
-const fn inhibit_time(index: u16) -> Row {
-    u16(index, 3, "Inhibit time")
-        .rw()
-        .unit("100us")
-        .store(Communication)
-}
-
-const fn event_timer(index: u16) -> Row {
-    u16(index, 5, "Event timer")
-        .rw()
-        .unit("ms")
-        .store(Communication)
-}
 
 const fn map_count(index: u16) -> Row {
     u8(index, 0, "Number of mapped objects")
