@@ -2,32 +2,11 @@
 
 mod support;
 
-use std::path::{Path, PathBuf};
-
 use support::printed;
-
-fn files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../transcripts/roboteq");
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    files
-}
 
 #[test]
 fn every_transcript_passes() {
-    let files = files();
-    let count = files.len();
-    assert!(count >= 4);
-    for seed in ["0", "7"] {
-        let mut words = vec!["play", "--virtual", "--seed", seed];
-        words.extend(files.iter().map(|file| file.to_str().unwrap()));
-        let text = printed(&words, 0);
-        assert!(
-            text.ends_with(&format!("{count} transcripts: {count} passed, 0 failed\n")),
-            "{text}"
-        );
-    }
+    support::play_all("roboteq", 4);
 }
 
 #[test]

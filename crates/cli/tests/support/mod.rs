@@ -33,6 +33,34 @@ pub(crate) fn printed(words: &[&str], code: i32) -> String {
     }
 }
 
+/// The transcripts in a folder of `transcripts/`, by name.
+pub(crate) fn transcripts(folder: &str) -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../transcripts");
+    let entries = std::fs::read_dir(root.join(folder)).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// All of them pass, with two seeds, and nothing in them is left unchecked. There are at least `least`.
+/// What was printed with each seed.
+pub(crate) fn play_all(folder: &str, least: usize) -> [String; 2] {
+    let files = transcripts(folder);
+    let count = files.len();
+    assert!(count >= least, "{count}");
+    ["0", "7"].map(|seed| {
+        let mut words = vec!["play", "--virtual", "--seed", seed];
+        words.extend(files.iter().map(|file| file.to_str().unwrap()));
+        let text = printed(&words, 0);
+        assert!(
+            text.ends_with(&format!("{count} transcripts: {count} passed, 0 failed\n")),
+            "{text}"
+        );
+        assert!(!text.contains("NOT CHECKED"), "{text}");
+        text
+    })
+}
+
 /// A folder of its own, removed at the end unless the test failed.
 #[derive(Debug)]
 pub(crate) struct Folder(PathBuf);
