@@ -1,11 +1,13 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
+mod settings;
+mod starting_over;
+
 use can::{BitRate, Frame};
-use canopen::nmt::Reset;
-use canopen::{Abort, Instant, NodeId, store};
+use canopen::{Instant, NodeId, store};
 use control::io::Duty;
 use control::{Feedback, Real as _};
-use drive::{Drive, Hardware, Health, Host as _, PwmTiming, Request};
+use drive::{Drive, Health, PwmTiming};
 use personalities::Personality;
 use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
@@ -20,78 +22,8 @@ use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
 use crate::serial::SerialLine;
-use crate::{commissioned, world};
 
-/// What a virtual drive is.
-#[derive(Debug)]
-pub struct DriveSettings {
-    /// Which drive of its bus; that says its node ID, unless LSS has stored another in it.
-    pub place: Place,
-    /// Which drive it is.
-    pub personality: &'static Personality,
-    /// Motor, load and board of its first axis.
-    pub plant: Parameters,
-    /// Those of its other axes, the second one first; one that is missing is as the first.
-    pub others: Vec<Parameters>,
-    /// Its non-volatile memory.
-    pub store: FlashFile,
-}
-
-/// How much of the motor's friction a virtual drive's shaft has, unless its file says otherwise. The
-/// friction of the motor's figures is a twentieth of its rated torque and no object of the drive
-/// tells of it; with this share a master that computes with the drive's own torque constant and
-/// inertia finds the acceleration that it computed, also for a tenth of rated torque, and a motor
-/// without power coasts long enough to be seen. `plant::VIRTUAL_P3` and what `plant::Spread` draws
-/// have all of it; see `docs/plant.md`.
-const FRICTION_SHARE: f64 = 0.02;
-
-impl DriveSettings {
-    /// A drive with its usual motor, turning freely, and in memory what it has stored as it is delivered:
-    /// for most nothing, for one that knows no motor by itself what a commissioning has left.
-    pub fn new(node: NodeId, personality: &'static Personality) -> DriveSettings {
-        DriveSettings::at(Place::of_node(node), personality)
-    }
-
-    /// The same at any place: a drive at [`Place::unconfigured`] has no node ID until LSS gives it
-    /// one. Without LSS it stays mute.
-    pub fn at(place: Place, personality: &'static Personality) -> DriveSettings {
-        let mut plant = world::of(personality);
-        let stored = commissioned::stored(personality);
-        plant.motor.coulomb_friction_nm *= FRICTION_SHARE;
-        plant.motor.static_friction_nm *= FRICTION_SHARE;
-        plant.motor.viscous_friction_nms *= FRICTION_SHARE;
-        DriveSettings {
-            place,
-            personality,
-            plant,
-            others: Vec::new(),
-            store: FlashFile::memory(stored),
-        }
-    }
-
-    /// As out of the box: with nothing stored.
-    pub fn factory(mut self) -> DriveSettings {
-        self.store = FlashFile::memory(Vec::new());
-        self
-    }
-}
-
-impl DriveSettings {
-    /// Motor, load and board of each axis, the first one first. Those that are as the first have noise
-    /// of their own.
-    pub fn plants(&self) -> Vec<Parameters> {
-        let others = self.others.iter().copied();
-        let like_first = (1_u32..).map(|axis| Parameters {
-            noise_seed: self.plant.noise_seed ^ axis.wrapping_mul(0x9E37_79B9),
-            ..self.plant
-        });
-        core::iter::once(self.plant)
-            .chain(others)
-            .chain(like_first.skip(self.others.len()))
-            .take(self.personality.axes.len().max(1))
-            .collect()
-    }
-}
+pub use settings::DriveSettings;
 
 /// The largest values since they were last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -521,144 +453,6 @@ impl VirtualDrive {
         if self.node != Some(id) {
             self.station.rename(id);
             self.node = Some(id);
-        }
-    }
-
-    /// What the core asks of its host.
-    fn obey(&mut self, now: Instant) {
-        while let Some(request) = self.core.as_mut().and_then(Drive::take_request) {
-            match request {
-                Request::Store(request) => {
-                    let done = now.plus_ns(self.latency.store_ns());
-                    self.storing = Some((Storing::Save(request), done));
-                }
-                Request::Restore(request) => {
-                    let done = now.plus_ns(self.latency.store_ns());
-                    self.storing = Some((Storing::Restore(request), done));
-                }
-                Request::Reset(Reset::Communication) => {
-                    self.controller.clear();
-                    self.service_at = Instant::NEVER;
-                    self.node = self.station.reset_communication();
-                    self.store.abort_program();
-                    match (self.node, &mut self.core) {
-                        (Some(node), Some(core)) => {
-                            core.reset_communication(self.store.bytes(), node, now);
-                        }
-                        // LSS has taken its node ID away: it answers nothing else any more.
-                        _ => {
-                            self.core = None;
-                            self.storing = None;
-                        }
-                    }
-                }
-                Request::Reset(Reset::Node) => {
-                    self.lose_program();
-                    self.boots_at = now.plus_ns(self.latency.boot_ns());
-                }
-            }
-        }
-    }
-
-    /// Everything that does not survive a reset of the processor.
-    pub(crate) fn lose_program(&mut self) {
-        self.core = None;
-        self.station.power_off();
-        if let Some(line) = &mut self.serial_line {
-            line.stop();
-        }
-        self.controller.silence(false);
-        self.controller.clear();
-        self.service_at = Instant::NEVER;
-        self.stalled_until = Instant::ZERO;
-        self.storing = None;
-    }
-
-    fn boot(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
-        let hardware = Hardware {
-            scales: self.plants[0].parameters().scales,
-            duty_margin: 0.0,
-        };
-        if self.store.fell_back() {
-            let kept = self.store.set_aside();
-            notice(NoticeKind::StoreFellBack { kept });
-        }
-        if !self.station.is_on() {
-            let bit_rate = self.station.power_on(self.personality, self.store.bytes());
-            self.controller.tune(bit_rate, now);
-        }
-        self.node = self.station.node();
-        let Some(node) = self.node else {
-            self.look_at_store(notice);
-            return;
-        };
-        let memory = vec![0; self.personality.device.table.image_bytes()].into_boxed_slice();
-        let health = core::mem::take(&mut self.health);
-        if let Err(error) = self.store.start_programs(self.personality) {
-            notice(NoticeKind::CannotStore(error));
-        }
-        let made = Drive::build(
-            self.personality,
-            hardware,
-            memory,
-            node,
-            self.serial,
-            self.store.bytes(),
-            health,
-        );
-        match made {
-            Ok((mut core, damage)) => {
-                if let Some(damage) = damage {
-                    let kept = self.store.set_aside();
-                    notice(NoticeKind::StoreDamaged { damage, kept });
-                }
-                core.start(now);
-                self.core = Some(core);
-                if let Some(line) = &mut self.serial_line {
-                    line.start();
-                }
-                self.adopt_timing();
-            }
-            Err(error) => notice(NoticeKind::CannotStart(error)),
-        }
-    }
-
-    /// What a core would say of damaged parameters, where there is none.
-    fn look_at_store(&mut self, notice: &mut impl FnMut(NoticeKind)) {
-        let records = store::records(self.store.bytes());
-        if let Some(damage) = records.err() {
-            let kept = self.store.set_aside();
-            self.health.store_damaged = true;
-            notice(NoticeKind::StoreDamaged { damage, kept });
-        }
-    }
-
-    fn store(&mut self, request: Storing, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
-        let Some(core) = &mut self.core else { return };
-        let mut bytes = vec![0; self.store.capacity()];
-        let old = self.store.bytes();
-        let made = match request {
-            Storing::Save(request) => core.stored(request, old, &mut bytes),
-            Storing::Restore(request) => core.restored(request, old, &mut bytes),
-        };
-        let result = match made {
-            Ok(used) => {
-                bytes.truncate(used);
-                let Some(replaced) = self.replace_stored(bytes, now, notice) else {
-                    return;
-                };
-                replaced.map_err(|error| {
-                    notice(NoticeKind::CannotStore(error));
-                    Abort::HARDWARE
-                })
-            }
-            Err(_) => Err(Abort::OUT_OF_MEMORY),
-        };
-        if let Some(line) = &mut self.serial_line {
-            line.stored(result.is_ok());
-        }
-        if let Some(core) = &mut self.core {
-            core.store_done(result, now);
         }
     }
 }
