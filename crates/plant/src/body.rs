@@ -158,6 +158,20 @@ impl<R: Real> Body<R> {
         within * radians + R::of_count(whole) * R::splat(core::f32::consts::TAU)
     }
 
+    /// Whether it stands, and no rounding owes it a speed.
+    #[inline(always)]
+    pub(crate) fn stands(&self) -> R::Mask {
+        let none = |speed: R| speed.abs().le(R::splat(0.0));
+        none(self.speed) & none(self.speed_before) & none(self.speed_rest)
+    }
+
+    /// Whether friction holds it, standing, against an opposing torque, Nm.
+    #[inline(always)]
+    pub(crate) fn is_held_against(&self, opposing: R) -> R::Mask {
+        let pushed = opposing * self.coefficients.speed_per_torque;
+        pushed.abs().le(self.coefficients.static_speed)
+    }
+
     /// Turns by one period at the present speed.
     #[inline(always)]
     pub(crate) fn turn(&mut self) {

@@ -209,6 +209,59 @@ impl<R: Real> Inverter<R> {
             }
         }
     }
+
+    /// Whether the switches work when the duty that waits has become active.
+    #[inline(always)]
+    pub(crate) fn will_work(&self) -> R::Mask {
+        self.waiting.enabled & R::Mask::splat(self.wait > 0)
+    }
+
+    /// [`Inverter::dead_time`] where all phases carry their current on and switch, and whether they do.
+    #[inline(always)]
+    pub(crate) fn dead_time_on(
+        &self,
+        before: Vector<R>,
+        driven: Vector<R>,
+        pull_a: R,
+    ) -> (Vector<R>, R::Mask) {
+        let (on, conduct) = pulled_on(before, driven, pull_a);
+        (on.current, conduct & !self.narrow)
+    }
+
+    /// [`Inverter::dead_time`] where all phases switch, whether they do, and whether all carry their
+    /// current on. The same work for all currents.
+    #[inline(always)]
+    pub(crate) fn dead_time_at_zero(
+        &self,
+        before: Vector<R>,
+        driven: Vector<R>,
+        pull_a: R,
+    ) -> (Vector<R>, R::Mask, R::Mask) {
+        let (on, conduct) = pulled_on(before, driven, pull_a);
+        let zero = pulled(driven, pull_a).current;
+        let next = Vector::select(conduct, on.current, zero);
+        (next, !self.narrow, conduct)
+    }
+
+    /// PWM periods of the duty that is active, as far as it is known.
+    #[inline(always)]
+    pub(crate) fn periods_before_load(&self) -> u32 {
+        match self.wait {
+            0 => u32::MAX,
+            wait => u32::from(wait),
+        }
+    }
+
+    /// Ends so many PWM periods, at most [`Inverter::periods_before_load`].
+    #[inline(always)]
+    pub(crate) fn end_periods(&mut self, periods: u32) {
+        if self.wait > 0 {
+            self.wait -= periods as u8;
+            if self.wait == 0 {
+                self.activate(self.waiting);
+            }
+        }
+    }
 }
 
 #[cfg(test)]

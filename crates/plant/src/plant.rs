@@ -1,6 +1,7 @@
 //! One drive's world, put together.
 
 mod acts;
+mod run;
 
 use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
@@ -14,8 +15,8 @@ use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Wi
 
 /// The world of one drive (or of a batch).
 ///
-/// At every control boundary: [`Plant::sample`], compute, [`Plant::load`]; then one [`Plant::step`]
-/// per PWM period until the next boundary.
+/// At every control boundary: [`Plant::sample`], compute, [`Plant::load`]; then [`Plant::run`] for the
+/// PWM periods until the next boundary.
 ///
 /// ```
 /// use control::io::Duty;
@@ -25,9 +26,7 @@ use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Wi
 /// let sample = plant.sample();
 /// assert_eq!(sample.encoder, 0x0DF8);
 /// plant.load(&Duty { phase: [0.55, 0.5, 0.5], enabled: true });
-/// for _ in 0..5 {
-///     plant.step();
-/// }
+/// plant.run(5);
 /// assert!(plant.truth().phase_current_a[0] > 0.1);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +59,8 @@ pub struct Plant<R: Real> {
     rotor_age: u8,
     torque: R,
     board: Board,
+    /// Periods for which a phase without current is to be expected.
+    near_zero: u8,
     /// PWM periods since the beginning, wrapping.
     periods: u32,
 }
@@ -155,6 +156,7 @@ impl<R: Real> Plant<R> {
             rotor_age: 0,
             torque: R::splat(0.0),
             board: Board::new(&parameters.switches, way(angle, turns), period_s),
+            near_zero: 0,
             periods: 0,
         };
         plant
@@ -304,6 +306,7 @@ impl<R: Real> Plant<R> {
 
     /// Counts what this period has turned into heat, for all since the last one: one of eight, which
     /// goes round all places within a control period of any odd number of periods.
+    #[cold]
     #[inline(never)]
     fn warm(&mut self, current_square: R, enabled: R::Mask, speed: R) {
         let [a, b, c] = self.current.phases();
@@ -410,13 +413,19 @@ impl<R: Real> Plant<R> {
     /// Takes the rotor's direction from the shaft's angle.
     #[inline(always)]
     fn align_rotor(&mut self) {
-        let electrical_angle = R::count_mul(self.mechanics.angle(), self.electrical_turns);
+        self.rotor = self.aligned(self.mechanics.angle());
+        self.rotor_age = 0;
+    }
+
+    /// The rotor's direction at an angle of the shaft.
+    #[inline(always)]
+    fn aligned(&self, angle: R::Count) -> Vector<R> {
+        let electrical_angle = R::count_mul(angle, self.electrical_turns);
         let (sine, cosine) = sin_cos::<R>(electrical_angle);
-        self.rotor = Vector {
+        Vector {
             alpha: cosine,
             beta: sine,
-        };
-        self.rotor_age = 0;
+        }
     }
 }
 

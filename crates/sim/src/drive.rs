@@ -235,9 +235,7 @@ impl VirtualDrive {
             }
         }
         for plant in &mut self.plants {
-            for _ in 0..self.timing.periods_per_control {
-                plant.step();
-            }
+            plant.run(u32::from(self.timing.periods_per_control));
         }
         let hz = u64::from(self.timing.frequency_hz);
         self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;
