@@ -1,5 +1,6 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
+mod repeating;
 mod settings;
 mod starting_over;
 
@@ -22,6 +23,8 @@ use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
 use crate::serial::SerialLine;
+
+use repeating::Repeating;
 
 pub use settings::DriveSettings;
 
@@ -66,6 +69,8 @@ pub struct VirtualDrive {
     pub(crate) plants: Vec<Plant<f32>>,
     /// What they were made of.
     made: Vec<Parameters>,
+    /// What their loops go on with.
+    repeating: Vec<Repeating>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
     pub(crate) serial_line: Option<SerialLine>,
@@ -106,6 +111,7 @@ impl VirtualDrive {
             core: None,
             processor: Processor::Alive,
             plants: made.iter().map(Plant::new).collect(),
+            repeating: vec![Repeating::default(); made.len()],
             made,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
@@ -217,9 +223,10 @@ impl VirtualDrive {
     pub(crate) fn control(&mut self) {
         // The timer of a processor that hangs goes on with what it has.
         if !matches!(self.processor, Processor::Hung { .. }) {
-            for (axis, plant) in self.plants.iter_mut().enumerate() {
+            let worlds = self.plants.iter_mut().zip(&mut self.repeating);
+            for (axis, (plant, repeating)) in worlds.enumerate() {
                 let duty = match &mut self.core {
-                    Some(core) => core.axis_period(axis, &plant.sample(), &plant.signals()),
+                    Some(core) => repeating.period(core, axis, &plant.sample(), &plant.signals()),
                     // A processor in reset opens the bridge.
                     None => Duty {
                         phase: [0.5; 3],
@@ -331,6 +338,8 @@ impl VirtualDrive {
     /// Does what time asks for, and fills free mailboxes. What people should know of goes to
     /// `notice`.
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
+        // The control half may be told something.
+        self.repeating.iter_mut().for_each(Repeating::stop);
         self.follow_power(now);
         // A controller comes back by itself, also while the processor hangs.
         let is_on = self.processor != Processor::Off;

@@ -63,6 +63,8 @@ pub struct Bus {
     due: Vec<Instant>,
     /// A drive may have changed from outside, so `due` is to be made anew.
     due_is_stale: bool,
+    /// When the first of the drives has its next control period.
+    control_due: Instant,
     busy_ns: u64,
     gateway: Gateway,
     stranger: Stranger,
@@ -96,6 +98,7 @@ impl Bus {
             media: Media::default(),
             due: Vec::with_capacity(drives.len()),
             due_is_stale: true,
+            control_due: Instant::ZERO,
             busy_ns: 0,
             drives,
             gateway: Gateway::new(bit_rate, settings.disturbance, seed),
@@ -298,10 +301,15 @@ impl Bus {
     /// Plants and loops up to `until` and at it. Between two events each drive is on its own, so
     /// its periods run one after the other, with all that they need at hand.
     fn control_to(&mut self, until: Instant) {
+        if until < self.control_due {
+            return;
+        }
+        self.control_due = Instant::NEVER;
         for drive in &mut self.drives {
             while drive.next_control() <= until {
                 drive.control();
             }
+            self.control_due = self.control_due.min(drive.next_control());
         }
     }
 
