@@ -67,7 +67,13 @@ pub struct Inverter<R: Real> {
     dead_part: R,
     /// The active duty has a pulse shorter than the dead time, or a phase that does not switch.
     narrow: R::Mask,
+    /// Periods for which a phase without current is to be expected.
+    near_zero: u8,
 }
+
+/// After a phase has ended without current, so many periods are computed in a way that is longer, but
+/// the same whether that happens again or not.
+const NEAR_ZERO: u8 = 8;
 
 impl<R: Real> Inverter<R> {
     /// A bridge with all switches open, whose duties load `delay_periods` PWM periods after they
@@ -84,6 +90,7 @@ impl<R: Real> Inverter<R> {
             delay: delay_periods,
             dead_part: R::splat(0.0),
             narrow: R::Mask::splat(false),
+            near_zero: 0,
         }
     }
 
@@ -158,10 +165,20 @@ impl<R: Real> Inverter<R> {
     /// at zero instead, as in [`pulled`]; `before` are the currents with which it begins. A phase that does not switch in this period (0 or 1) has no
     /// dead time, and a pulse shorter than it is lost but not more.
     #[inline(always)]
-    pub fn dead_time(&self, before: Vector<R>, driven: Vector<R>, pull_a: R) -> Pulled<R> {
+    pub fn dead_time(&mut self, before: Vector<R>, driven: Vector<R>, pull_a: R) -> Pulled<R> {
         let (on, conduct) = pulled_on(before, driven, pull_a);
+        if self.near_zero > 0 {
+            // The same work for all currents: nobody has to guess.
+            let zero = pulled(driven, pull_a);
+            let ends = (!conduct).any();
+            self.near_zero = if ends { NEAR_ZERO } else { self.near_zero - 1 };
+            if !self.narrow.any() {
+                return Pulled::select(conduct, on, zero);
+            }
+        }
         let is_easy = conduct & !self.narrow;
         if (!is_easy).any() {
+            self.near_zero = NEAR_ZERO;
             Pulled::select(is_easy, on, self.zero_or_narrow(driven, pull_a))
         } else {
             on
@@ -214,33 +231,6 @@ impl<R: Real> Inverter<R> {
     #[inline(always)]
     pub(crate) fn will_work(&self) -> R::Mask {
         self.waiting.enabled & R::Mask::splat(self.wait > 0)
-    }
-
-    /// [`Inverter::dead_time`] where all phases carry their current on and switch, and whether they do.
-    #[inline(always)]
-    pub(crate) fn dead_time_on(
-        &self,
-        before: Vector<R>,
-        driven: Vector<R>,
-        pull_a: R,
-    ) -> (Vector<R>, R::Mask) {
-        let (on, conduct) = pulled_on(before, driven, pull_a);
-        (on.current, conduct & !self.narrow)
-    }
-
-    /// [`Inverter::dead_time`] where all phases switch, whether they do, and whether all carry their
-    /// current on. The same work for all currents.
-    #[inline(always)]
-    pub(crate) fn dead_time_at_zero(
-        &self,
-        before: Vector<R>,
-        driven: Vector<R>,
-        pull_a: R,
-    ) -> (Vector<R>, R::Mask, R::Mask) {
-        let (on, conduct) = pulled_on(before, driven, pull_a);
-        let zero = pulled(driven, pull_a).current;
-        let next = Vector::select(conduct, on.current, zero);
-        (next, !self.narrow, conduct)
     }
 
     /// PWM periods of the duty that is active, as far as it is known.

@@ -43,6 +43,7 @@ pub struct Plant<R: Real> {
     /// All of them ideal but for the dead time: the second shortest.
     has_dead_time_only: bool,
     is_sound: bool,
+    logic_works: bool,
     has_dead_time: bool,
     /// The dead time that the PWM timer has been told, s.
     timer_dead_time_s: f64,
@@ -59,8 +60,6 @@ pub struct Plant<R: Real> {
     rotor_age: u8,
     torque: R,
     board: Board,
-    /// Periods for which a phase without current is to be expected.
-    near_zero: u8,
     /// PWM periods since the beginning, wrapping.
     periods: u32,
 }
@@ -144,6 +143,7 @@ impl<R: Real> Plant<R> {
             is_plain: true,
             has_dead_time_only: false,
             is_sound: true,
+            logic_works: parameters.logic.is_enough(),
             has_dead_time: false,
             timer_dead_time_s: 0.0,
             tripped: R::Mask::splat(false),
@@ -156,7 +156,6 @@ impl<R: Real> Plant<R> {
             rotor_age: 0,
             torque: R::splat(0.0),
             board: Board::new(&parameters.switches, way(angle, turns), period_s),
-            near_zero: 0,
             periods: 0,
         };
         plant

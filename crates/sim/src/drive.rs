@@ -221,6 +221,31 @@ impl VirtualDrive {
 
     /// One control boundary: the loops see the sensors, then the world moves one control period.
     pub(crate) fn control(&mut self) {
+        self.command();
+        for plant in &mut self.plants {
+            plant.run(u32::from(self.timing.periods_per_control));
+        }
+    }
+
+    /// Control boundaries of two drives at one instant.
+    pub(crate) fn control_both(&mut self, other: &mut VirtualDrive) {
+        self.command();
+        other.command();
+        let periods = u32::from(self.timing.periods_per_control);
+        match (&mut self.plants[..], &mut other.plants[..]) {
+            ([one], [another]) if periods == u32::from(other.timing.periods_per_control) => {
+                one.run_both(another, periods);
+            }
+            (plants, others) => {
+                plants.iter_mut().for_each(|plant| plant.run(periods));
+                let periods = u32::from(other.timing.periods_per_control);
+                others.iter_mut().for_each(|plant| plant.run(periods));
+            }
+        }
+    }
+
+    /// The loops see the sensors and command the bridge, for the control period that begins.
+    fn command(&mut self) {
         // The timer of a processor that hangs goes on with what it has.
         if !matches!(self.processor, Processor::Hung { .. }) {
             let worlds = self.plants.iter_mut().zip(&mut self.repeating);
@@ -240,9 +265,6 @@ impl VirtualDrive {
                     self.extremes.widen(&feedback);
                 }
             }
-        }
-        for plant in &mut self.plants {
-            plant.run(u32::from(self.timing.periods_per_control));
         }
         let hz = u64::from(self.timing.frequency_hz);
         self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;

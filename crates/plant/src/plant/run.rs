@@ -6,10 +6,6 @@ use control::{Mask as _, Real};
 use super::{Plant, ROTOR_PERIODS};
 use crate::{Vector, diodes};
 
-/// After a current has passed zero, so many periods are taken the way on which that may happen again:
-/// it is longer, but the same for all currents.
-const NEAR_ZERO: u8 = 8;
-
 impl<R: Real> Plant<R> {
     /// Moves the world forward by so many PWM periods: as many [`Plant::step`]s.
     pub fn run(&mut self, periods: u32) {
@@ -30,6 +26,20 @@ impl<R: Real> Plant<R> {
                 _ => (0..now).for_each(|_| self.step()),
             }
             left -= now;
+        }
+    }
+
+    /// [`Plant::run`] for two worlds: their periods alternate, so that a processor has work of the one
+    /// while it waits for a result of the other.
+    pub fn run_both(&mut self, other: &mut Self, periods: u32) {
+        if self.rests() || other.rests() {
+            self.run(periods);
+            other.run(periods);
+            return;
+        }
+        for _ in 0..periods {
+            self.step();
+            other.step();
         }
     }
 
@@ -71,10 +81,10 @@ impl<R: Real> Plant<R> {
         let gain = self.winding.gain_a_per_v();
         let bus = self.supply.voltage_v();
         let mut driving = self.inverter.voltage_v(bus) * gain;
-        let mut pull = self.pull();
+        let (mut pull, mut open) = self.bounds();
         let (mut current, mut rotor) = (self.current, self.rotor);
         let mut shaft = self.mechanics.rotor();
-        let (mut age, mut near_zero) = (self.rotor_age, self.near_zero);
+        let mut age = self.rotor_age;
         let mut enabled = self.inverter.enabled() & !self.tripped;
         for _ in 0..periods {
             let speed = shaft.period_speed();
@@ -83,29 +93,13 @@ impl<R: Real> Plant<R> {
             shaft.turn();
             rotor = rotor + rotor.times(turning);
             let driven = shorted + driving;
-            let before = current;
-            let mut is_easy = enabled;
-            if !DEAD_TIME {
-                current = driven;
-            } else if near_zero > 0 {
-                let (next, easy, conduct) = self.inverter.dead_time_at_zero(current, driven, pull);
-                current = next;
-                is_easy = is_easy & easy;
-                near_zero = if (!conduct).any() {
-                    NEAR_ZERO
-                } else {
-                    near_zero - 1
-                };
-            } else {
-                let (next, easy) = self.inverter.dead_time_on(current, driven, pull);
-                current = next;
-                is_easy = is_easy & easy;
-                if (!easy).any() {
-                    near_zero = NEAR_ZERO;
-                }
+            let before = core::mem::replace(&mut current, driven);
+            if DEAD_TIME {
+                current = self.inverter.dead_time(before, driven, pull).current;
             }
-            if (!is_easy).any() {
-                current = self.conduct_rarely(before, shorted, driven, pull);
+            if (!enabled).any() {
+                let open = diodes::conduct(shorted, open);
+                current = Vector::select(enabled, current, open);
             }
             let square = current.alpha * current.alpha + current.beta * current.beta;
             let trips = enabled & self.overcurrent_square.lt(square);
@@ -118,7 +112,7 @@ impl<R: Real> Plant<R> {
                     self.warm(square, enabled, speed);
                     let gain = self.winding.gain_a_per_v();
                     driving = self.inverter.voltage_v(bus) * gain;
-                    pull = self.pull();
+                    (pull, open) = self.bounds();
                 }
             }
             if trips.any() {
@@ -129,38 +123,20 @@ impl<R: Real> Plant<R> {
             self.mechanics.accelerate_alone(&mut shaft, torque);
         }
         self.inverter.end_periods(periods);
-        (self.rotor_age, self.near_zero) = (age, near_zero);
+        self.rotor_age = age;
         self.periods = self.periods.wrapping_add(periods);
         (self.current, self.rotor) = (current, rotor);
         self.torque = self.winding.torque_nm(current, rotor);
         self.mechanics.set_rotor(shaft);
     }
 
-    #[cold]
-    #[inline(never)]
-    fn conduct_rarely(
-        &mut self,
-        before: Vector<R>,
-        shorted: Vector<R>,
-        driven: Vector<R>,
-        pull: R,
-    ) -> Vector<R> {
-        let enabled = self.inverter.enabled() & !self.tripped;
-        let gain = self.winding.gain_a_per_v();
-        let mut driven = driven;
-        if self.has_dead_time {
-            driven = self.inverter.dead_time(before, driven, pull).current;
-        }
-        if !(!enabled).any() {
-            return driven;
-        }
-        let open = diodes::conduct(shorted, self.supply.diode_threshold_v() * gain);
-        Vector::select(enabled, driven, open)
-    }
-
+    /// What the dead time takes off the current of a phase, and what the diodes of the open bridge keep
+    /// from flowing, A.
     #[inline(always)]
-    fn pull(&self) -> R {
+    fn bounds(&self) -> (R, R) {
+        let gain = self.winding.gain_a_per_v();
         let full = self.supply.voltage_v() + self.supply.diode_drops_v();
-        self.winding.gain_a_per_v() * full * self.inverter.dead_part()
+        let pull = gain * full * self.inverter.dead_part();
+        (pull, self.supply.diode_threshold_v() * gain)
     }
 }

@@ -305,11 +305,18 @@ impl Bus {
             return;
         }
         self.control_due = Instant::NEVER;
-        for drive in &mut self.drives {
-            while drive.next_control() <= until {
-                drive.control();
+        for pair in self.drives.chunks_mut(2) {
+            if let [one, other] = pair {
+                while one.next_control() == other.next_control() && one.next_control() <= until {
+                    one.control_both(other);
+                }
             }
-            self.control_due = self.control_due.min(drive.next_control());
+            for drive in pair {
+                while drive.next_control() <= until {
+                    drive.control();
+                }
+                self.control_due = self.control_due.min(drive.next_control());
+            }
         }
     }
 
@@ -394,6 +401,7 @@ impl Bus {
     }
 
     /// Does what the scenario has for this instant.
+    #[inline]
     fn play_scenario(&mut self) {
         let Some(mut runner) = self.runner.take() else {
             return;

@@ -8,6 +8,7 @@ use super::Core;
 /// that has changed nothing in the loops, the next one needs no computing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Repeating {
+    /// If the bridge was open.
     last: Option<(Sample<f32>, Signals, Duty<f32>)>,
     settled: bool,
 }
@@ -29,7 +30,7 @@ impl Repeating {
         signals: &Signals,
     ) -> Duty<f32> {
         let duty = match &self.last {
-            Some((last, board, duty)) if !duty.enabled && last == sample && board == signals => {
+            Some((last, board, duty)) if last == sample && board == signals => {
                 if self.settled {
                     return *duty;
                 }
@@ -42,7 +43,7 @@ impl Repeating {
                 core.axis_period(axis, sample, signals)
             }
         };
-        self.last = Some((*sample, *signals, duty));
+        self.last = (!duty.enabled).then_some((*sample, *signals, duty));
         duty
     }
 }
