@@ -3,8 +3,8 @@
 use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
-    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    md80, p3, p3_extended, p3_jpl, roboteq,
+    AmplifierObjects, AxisObjects, Cause, ErrorRules, FaultRow, InputObjects, MotorObjects,
+    SupplyRules, md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -24,6 +24,9 @@ pub struct Personality {
     pub axes: &'static [AxisPersonality],
     /// The errors it announces.
     pub faults: &'static [FaultRow],
+    /// What its document calls the causes of errors that only it has ([`crate::Cause::Own`]), by their
+    /// numbers.
+    pub own_causes: &'static [&'static str],
     /// How it shows them.
     pub errors: ErrorRules,
     /// What it expects of its motor supply.
@@ -78,6 +81,14 @@ impl Personality {
             OwnKind::P3Jpl => p3_jpl::offers(mode),
             OwnKind::Roboteq => roboteq::mode(mode).is_some(),
             _ => self.cia402.modes().contains(cia402::Mode(mode)),
+        }
+    }
+
+    /// What a cause of errors is called; `None` for a number that is none of its own.
+    pub fn cause_name(&self, cause: Cause) -> Option<&'static str> {
+        match cause {
+            Cause::Own(number) => self.own_causes.get(usize::from(number)).copied(),
+            cause => cause.name(),
         }
     }
 

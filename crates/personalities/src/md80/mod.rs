@@ -80,6 +80,7 @@ pub static MD80: Personality = Personality {
         inputs: None,
     }],
     faults: &status::FAULTS,
+    own_causes: &status::CAUSE_NAMES,
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: false,

@@ -193,4 +193,18 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
     rows
 };
 
+/// What the own causes are called: the names of their bits.
+#[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+pub(super) const CAUSE_NAMES: [&str; FAULT_COUNT] = {
+    let mut names = [""; FAULT_COUNT];
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        if let Some(number) = cause(n) {
+            names[number as usize] = STATUS_BITS[n].name;
+        }
+        n += 1;
+    }
+    names
+};
+
 const _: () = assert!(STATUS_BITS.len() <= 64 && FAULT_COUNT <= 32);
