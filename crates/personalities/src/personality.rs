@@ -1,5 +1,7 @@
 //! One documented drive.
 
+use core::ops::RangeInclusive;
+
 use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
@@ -75,6 +77,21 @@ pub struct NodeIdObject {
 }
 
 impl Personality {
+    /// The node IDs that it can have: those that the object of its node ID takes, else CiA 301's.
+    pub fn node_ids(&self) -> RangeInclusive<u8> {
+        let own = self.node_id.and_then(|object| {
+            let table = self.device.table;
+            let address = object.address;
+            let entry = table.find(address.index, address.sub).ok()?;
+            table.row(&entry)
+        });
+        let bound = |value: Option<i64>, usual| match value.map(u8::try_from) {
+            Some(Ok(value)) => value.clamp(1, 127),
+            _ => usual,
+        };
+        bound(own.and_then(|row| row.minimum), 1)..=bound(own.and_then(|row| row.maximum), 127)
+    }
+
     /// Whether a master may choose this mode (0x6060): one of CiA 402's, or of the drive's own list.
     pub const fn offers(&self, mode: i8) -> bool {
         match self.own {
