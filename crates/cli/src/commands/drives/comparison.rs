@@ -121,7 +121,7 @@ fn modes(drives: Drives<'_>) -> Part {
                 None => format!("{number} the maker's own"),
             };
             row(name, drives, |drive| {
-                let mut own = drive.mode_names().iter();
+                let mut own = drive.words.modes.iter();
                 match own.find(|(own, _)| *own == number) {
                     Some((_, name)) if offered(drive, number) => (*name).to_owned(),
                     _ => yes(offered(drive, number)),
@@ -271,12 +271,7 @@ fn errors(drives: Drives<'_>) -> Part {
     let mut seen = BTreeSet::new();
     for drive in drives {
         for fault in drive.faults {
-            let (name, is_own) = words(fault.cause);
-            let name = if is_own {
-                format!("{} {name}", drive.name)
-            } else {
-                name
-            };
+            let (name, is_own) = words(drive, fault.cause);
             if !seen.insert(name.clone()) {
                 continue;
             }
@@ -316,9 +311,10 @@ fn error(drive: &Personality, row: &FaultRow) -> String {
 }
 
 /// The name of a cause in words, and whether it is one drive's own.
-fn words(cause: Cause) -> (String, bool) {
+fn words(drive: &Personality, cause: Cause) -> (String, bool) {
     if let Cause::Own(number) = cause {
-        return (format!("own cause {number}"), true);
+        let name = drive.words.own_cause(number).unwrap_or("own");
+        return (format!("{}: {name}", drive.name), true);
     }
     let mut words = String::new();
     for letter in format!("{cause:?}").chars() {
@@ -419,8 +415,11 @@ mod tests {
                 "{}: and 0x6502",
                 drive.name
             );
-            let causes: BTreeSet<String> =
-                drive.faults.iter().map(|row| words(row.cause).0).collect();
+            let causes: BTreeSet<String> = drive
+                .faults
+                .iter()
+                .map(|row| words(drive, row.cause).0)
+                .collect();
             assert_eq!(count(&parts[4]), causes.len(), "{}", drive.name);
         }
     }
