@@ -27,15 +27,10 @@ pub(super) const WORDS: Words = Words {
         (0x8400, "closed loop error"),
         (0x9000, "emergency stop"),
     ],
-    own_causes: &OWN_CAUSES,
+    own_causes: &["emergency stop", "closed loop error"],
 };
 
-const OWN_CAUSES: [&str; 2] = {
-    let mut names = [""; 2];
-    names[EMERGENCY_STOP as usize] = "emergency stop";
-    names[LOOP_ERROR as usize] = "closed loop error";
-    names
-};
+const _: () = assert!(EMERGENCY_STOP == 0 && LOOP_ERROR == 1);
 
 /// The bits of FS and FF, and of FM for each channel.
 const BITS: [(Address, u8, &str); 36] = [
