@@ -1,10 +1,12 @@
 //! One documented drive.
 
+use core::ops::RangeInclusive;
+
 use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
-    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    Words, md80, p3, p3_extended, p3_jpl, roboteq,
+    AmplifierObjects, AxisObjects, Cause, ErrorRules, FaultRow, InputObjects, MotorObjects,
+    SupplyRules, Words, md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -24,6 +26,9 @@ pub struct Personality {
     pub axes: &'static [AxisPersonality],
     /// The errors it announces.
     pub faults: &'static [FaultRow],
+    /// What its document calls the causes of errors that only it has ([`crate::Cause::Own`]), by their
+    /// numbers.
+    pub own_causes: &'static [&'static str],
     /// How it shows them.
     pub errors: ErrorRules,
     /// What it expects of its motor supply.
@@ -74,12 +79,35 @@ pub struct NodeIdObject {
 }
 
 impl Personality {
+    /// The node IDs that it can have: those that the object of its node ID takes, else CiA 301's.
+    pub fn node_ids(&self) -> RangeInclusive<u8> {
+        let own = self.node_id.and_then(|object| {
+            let table = self.device.table;
+            let address = object.address;
+            let entry = table.find(address.index, address.sub).ok()?;
+            table.row(&entry)
+        });
+        let bound = |value: Option<i64>, usual| match value.map(u8::try_from) {
+            Some(Ok(value)) => value.clamp(1, 127),
+            _ => usual,
+        };
+        bound(own.and_then(|row| row.minimum), 1)..=bound(own.and_then(|row| row.maximum), 127)
+    }
+
     /// Whether a master may choose this mode (0x6060): one of CiA 402's, or of the drive's own list.
     pub const fn offers(&self, mode: i8) -> bool {
         match self.own {
             OwnKind::P3Jpl => p3_jpl::offers(mode),
             OwnKind::Roboteq => roboteq::mode(mode).is_some(),
             _ => self.cia402.modes().contains(cia402::Mode(mode)),
+        }
+    }
+
+    /// What a cause of errors is called; `None` for a number that is none of its own.
+    pub fn cause_name(&self, cause: Cause) -> Option<&'static str> {
+        match cause {
+            Cause::Own(number) => self.own_causes.get(usize::from(number)).copied(),
+            cause => cause.name(),
         }
     }
 }

@@ -14,8 +14,6 @@ pub struct Words {
     pub bits: &'static [(Address, u8, &'static str)],
     /// Error codes of emergencies and 0x603F.
     pub errors: &'static [(u16, &'static str)],
-    /// Causes of errors that only this drive has, by the number of [`crate::Cause::Own`].
-    pub own_causes: &'static [&'static str],
 }
 
 impl Words {
@@ -25,11 +23,5 @@ impl Words {
         mode_bits: &[],
         bits: &[],
         errors: &[],
-        own_causes: &[],
     };
-
-    /// The name of an own cause.
-    pub fn own_cause(&self, number: u8) -> Option<&'static str> {
-        self.own_causes.get(usize::from(number)).copied()
-    }
 }

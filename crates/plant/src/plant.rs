@@ -1,6 +1,7 @@
 //! One drive's world, put together.
 
 mod acts;
+mod shared;
 
 use control::io::{Duty, Sample, Signals};
 use control::{Mask, Real, sin_cos};
@@ -51,6 +52,8 @@ pub struct Plant<R: Real> {
     tripped: R::Mask,
     overcurrent_square: R,
     bridge_current: R,
+    /// What the bridge takes is added up with that of other axes: see [`Plant::step_axes`].
+    leaves_supply: bool,
     electrical_turns: R::Count,
     heat: Heat<R>,
     current: Vector<R>,
@@ -148,6 +151,7 @@ impl<R: Real> Plant<R> {
             tripped: R::Mask::splat(false),
             overcurrent_square: overcurrent_square(parameters),
             bridge_current: R::splat(0.0),
+            leaves_supply: false,
             electrical_turns: R::count(motor.electrical_turns().into()),
             heat: Heat::new(R::splat(parameters.ambient_c)),
             current: Vector::zero(),
@@ -295,7 +299,9 @@ impl<R: Real> Plant<R> {
             let taken = taken_a * a + taken_b * b + taken_c * c;
             let by_diodes = taken / R::select(zero.lt(full), full, R::splat(1.0));
             self.bridge_current = by_switches - by_diodes + short_circuit;
-            self.supply.end_period(self.bridge_current);
+            if !self.leaves_supply {
+                self.supply.end_period(self.bridge_current);
+            }
         }
         if self.sensors.is_filtered() {
             self.sensors.follow(self.current);

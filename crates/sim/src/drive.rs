@@ -164,7 +164,7 @@ impl VirtualDrive {
         &mut self.plants[0]
     }
 
-    /// The worlds of all axes, to act upon and to look at.
+    /// The worlds of all axes, to act upon and to look at. They have one supply, that of the first.
     pub fn plants(&mut self) -> &mut [Plant<f32>] {
         &mut self.plants
     }
@@ -234,10 +234,10 @@ impl VirtualDrive {
                 }
             }
         }
-        for plant in &mut self.plants {
-            for _ in 0..self.timing.periods_per_control {
-                plant.step();
-            }
+        let periods = 0..self.timing.periods_per_control;
+        match self.plants.as_mut_slice() {
+            [plant] => periods.for_each(|_| plant.step()),
+            axes => periods.for_each(|_| Plant::step_axes(axes)),
         }
         let hz = u64::from(self.timing.frequency_hz);
         self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;

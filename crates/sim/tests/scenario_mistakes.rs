@@ -144,6 +144,7 @@ const MISTAKES: &[Case] = &[
     ("[[event]]\nname = \"a\\nb\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
     ("[[event]]\nname = \"\\u0085\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"disconnect\"\ndrive = \"outside\"\n[[event]]\nat = \"1 s\"\ndo = \"connect\"\ndrive = \"outside\"\n", &["6:6 event 1 (line 1) sets the connection at the same time to something else"]),
+    ("[drive.1.axis.2.supply]\nmotor_voltage = \"20 V\"", &["2:17 supply.motor_voltage is that of all axes"]),
     ("[drive.1.motor]\nphase_resistance = \"none\"", &["2:20 'none' is not a resistance"]),
 ];
 
@@ -154,6 +155,7 @@ const NOT_THERE: &[Case] = &[
     ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 4", &["4:9 there is no drive 4 on this bus"]),
     ("[[event]]\nwhen = { drive = 5, state = \"fault\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:18 there is no drive 5 on this bus"]),
     ("[[event]]\nwhen = { frame = { from = 6 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 there is no drive 6 on this bus"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"cut-motor-supply\"\ndrive = 1\naxis = 1\n", &["5:8 all axes of a drive have one supply"]),
     ("[[event]]\nat = \"30 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 this never happens: the run ends at 10 s"]),
     ("[drive.1.stored]\n\"0x1234\" = 1", &["2:12 p3 has no object 0x1234"]),
     ("[drive.1.stored]\n\"0x6041\" = 1", &["2:12 0x6041 cannot be stored"]),

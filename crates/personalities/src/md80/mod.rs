@@ -56,7 +56,6 @@ const WORDS: Words = Words {
         (0x5210, "current sensors off"),
         (0x8130, "CAN watchdog"),
     ],
-    own_causes: &status::CAUSE_NAMES,
     ..Words::STANDARD
 };
 
@@ -93,6 +92,7 @@ pub static MD80: Personality = Personality {
         inputs: None,
     }],
     faults: &status::FAULTS,
+    own_causes: &status::CAUSE_NAMES,
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: false,

@@ -208,7 +208,7 @@ pub(super) const BIT_NAMES: [(Address, u8, &str); STATUS_BITS.len()] = {
     names
 };
 
-/// The names of the own causes.
+/// What the own causes are called: the names of their bits.
 #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
 pub(super) const CAUSE_NAMES: [&str; FAULT_COUNT] = {
     let mut names = [""; FAULT_COUNT];

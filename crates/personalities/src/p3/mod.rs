@@ -126,6 +126,7 @@ pub static P3: Personality = Personality {
         inputs: None,
     }],
     faults: FAULTS,
+    own_causes: &[],
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: true,   // P17

@@ -74,6 +74,7 @@ pub static P3_EXTENDED: Personality = Personality {
         inputs: Some(inputs::objects(&OBJECTS_CONST)),
     }],
     faults: FAULTS,
+    own_causes: &[],
     errors: ErrorRules {
         keeps_last_code: false,
         bus_off_leaves_state: true,

@@ -99,6 +99,7 @@ pub static P3_JPL: Personality = Personality {
         inputs: None,
     }],
     faults: &faults::TABLE,
+    own_causes: &[],
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: true,

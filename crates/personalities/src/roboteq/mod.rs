@@ -100,6 +100,7 @@ const COMMON: Personality = Personality {
     cia402: CIA402,
     axes: &[axis::channel(&ONE, 0)],
     faults: FAULTS_1,
+    own_causes: faults::OWN_CAUSES,
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: false,

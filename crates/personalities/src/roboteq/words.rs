@@ -3,7 +3,6 @@
 use canopen::Address;
 use cia402::Mode;
 
-use super::faults::{EMERGENCY_STOP, LOOP_ERROR};
 use crate::Words;
 
 pub(super) const WORDS: Words = Words {
@@ -27,10 +26,7 @@ pub(super) const WORDS: Words = Words {
         (0x8400, "closed loop error"),
         (0x9000, "emergency stop"),
     ],
-    own_causes: &["emergency stop", "closed loop error"],
 };
-
-const _: () = assert!(EMERGENCY_STOP == 0 && LOOP_ERROR == 1);
 
 /// The bits of FS and FF, and of FM for each channel.
 const BITS: [(Address, u8, &str); 36] = [

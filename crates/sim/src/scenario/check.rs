@@ -115,6 +115,10 @@ pub(super) fn cast(
         }
     }
     for event in scenario.events.iter() {
+        if let (Some(axis), true) = (&event.axis, event.act.is_upon_supply()) {
+            let what = "all axes of a drive have one supply".to_owned();
+            findings.push(&axis.span, what, "leave axis out");
+        }
         if let Trigger::At(at) = event.trigger
             && Instant(at) >= end
         {

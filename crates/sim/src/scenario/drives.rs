@@ -304,6 +304,11 @@ fn read_axes(
             continue;
         };
         for (parameter, read) in read_world(&mut world, findings) {
+            if parameter.path.starts_with("supply.") {
+                let what = format!("{} is that of all axes", parameter.path);
+                findings.push(&read.span, what, "write it in the drive's own table");
+                continue;
+            }
             let axis = Read {
                 value: axis,
                 span: span.clone(),

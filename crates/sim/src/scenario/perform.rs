@@ -183,15 +183,15 @@ impl Act {
         }
     }
 
-    /// Whether the axes of a drive have in common what it is about.
+    /// Whether it is about a supply, which is that of all axes.
+    pub(super) fn is_upon_supply(&self) -> bool {
+        matches!(self, Act::MotorSupply(_) | Act::LogicSupply(_))
+    }
+
+    /// Whether all axes of a drive are meant unless one is named.
     fn is_shared(&self) -> bool {
-        matches!(
-            self,
-            Act::MotorSupply(_)
-                | Act::LogicSupply(_)
-                | Act::AmplifierTemperature(_)
-                | Act::Ambient(_)
-        )
+        let temperature = matches!(self, Act::AmplifierTemperature(_) | Act::Ambient(_));
+        temperature || self.is_upon_supply()
     }
 
     /// What the act does to a drive's world, which was `made` so.

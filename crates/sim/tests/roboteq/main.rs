@@ -5,3 +5,4 @@ mod channels;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
+mod supply;
