@@ -376,6 +376,16 @@ fn status_bits_are_in_order_and_errors_in_the_low_half() {
 }
 
 #[test]
+fn its_node_ids_are_the_can_ids_of_its_page() {
+    assert_eq!(MD80.node_ids(), 1..=31);
+    for other in personalities::ALL {
+        if other.name != MD80.name {
+            assert_eq!(other.node_ids(), 1..=127, "{}", other.name);
+        }
+    }
+}
+
+#[test]
 fn each_error_has_a_row_of_the_fault_table() {
     let mut announced = STATUS_BITS.iter().filter_map(|bit| match bit.effect {
         Effect::Fault(code) => Some((code, Kind::Fault)),

@@ -213,12 +213,55 @@ fn units() {
         .rows()
         .iter()
         .filter(|row| !row.unit.is_empty() && !(0x1400..0x1F00).contains(&row.address.index))
+        .filter(|row| row.address.index != properties::INDEX)
         .map(|row| (row.address.index, row.unit))
         .collect();
     let mut expected = units.to_vec();
     expected.sort_unstable();
     built.sort_unstable();
     assert_eq!(built, expected);
+}
+
+/// Properties with a meaning have the unit that the drive's page gives them; the others have none.
+#[test]
+fn units_of_properties() {
+    let built: Vec<_> = OBJECTS
+        .table()
+        .rows()
+        .iter()
+        .filter(|row| row.address.index == properties::INDEX && !row.unit.is_empty())
+        .map(|row| (row.address.sub, row.unit))
+        .collect();
+    assert_eq!(
+        built,
+        [
+            (9, "degC/256"),
+            (10, "degC/256"),
+            (11, "degC/256"),
+            (20, "degC/256"),
+            (21, "V/256"),
+            (22, "mA"),
+            (42, "permille"),
+            (43, "permille"),
+            (44, "cts/ms"),
+            (45, "cts/ms"),
+            (46, "cts/ms"),
+            (47, "cts/ms"),
+            (48, "cts"),
+            (50, "cts"),
+            (52, "cts"),
+            (61, "cts"),
+            (62, "count"),
+            (63, "s"),
+            (66, "cts"),
+            (68, "cts/rev"),
+            (74, "count"),
+            (82, "cts/ms2"),
+            (86, "permille/Nm"),
+            (94, "cts"),
+            (96, "cts"),
+        ]
+    );
 }
 
 /// "Save All" covers what configures the drive; the manual has no column for it.

@@ -74,6 +74,7 @@ pub static P3_EXTENDED: Personality = Personality {
         inputs: Some(inputs::objects(&OBJECTS_CONST)),
     }],
     faults: FAULTS,
+    own_causes: &[],
     errors: ErrorRules {
         keeps_last_code: false,
         bus_off_leaves_state: true,
@@ -86,6 +87,7 @@ pub static P3_EXTENDED: Personality = Personality {
     node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    words: p3::WORDS,
     own: OwnKind::Nothing,
     serial: None,
     commissioned: &[],
