@@ -16,6 +16,9 @@ pub(super) const RATED_A: f32 = 1.2;
 /// Nm per A of phase amplitude: 51.0 mNm/A for block commutation make 46.25 for sinusoidal.
 pub(super) const TORQUE_CONSTANT: f32 = 0.046_25;
 
+/// Torque at the continuous current, Nm.
+pub(super) const RATED_NM: f32 = 0.055_5;
+
 /// What the controllers know of it.
 pub(super) const MOTOR: MotorObjects = MotorObjects {
     electrical_zero: Figure::Fixed(0.0),
