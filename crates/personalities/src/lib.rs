@@ -27,6 +27,7 @@ mod pdo_rows;
 mod personality;
 pub mod roboteq;
 pub mod serial;
+mod words;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
@@ -38,3 +39,4 @@ pub use objects::{
 pub use personality::{
     ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, Setting, by_name,
 };
+pub use words::Words;

@@ -3,6 +3,8 @@
 //! The page names the words; their bits are those of the maker's own tools. Emergency codes of the
 //! drive are not known: they are the standard's (CiA 402 table of error codes).
 
+use canopen::Address;
+
 use crate::{Cause, FaultRow, Kind, States, Switch};
 
 /// What a status bit does beside being shown.
@@ -189,6 +191,19 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
         n += 1;
     }
     rows
+};
+
+/// The names of the bits.
+#[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+pub(super) const BIT_NAMES: [(Address, u8, &str); STATUS_BITS.len()] = {
+    let mut names = [(Address::new(STATUS, 0), 0, ""); STATUS_BITS.len()];
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        let StatusBit { sub, bit, name, .. } = STATUS_BITS[n];
+        names[n] = (Address::new(STATUS, sub), bit, name);
+        n += 1;
+    }
+    names
 };
 
 /// What the own causes are called: the names of their bits.

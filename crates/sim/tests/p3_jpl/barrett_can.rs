@@ -53,6 +53,43 @@ fn it_waits_in_barrett_can() {
     assert_eq!(property(&mut master, 1, 8), 0, "the mode was not set");
 }
 
+/// Every drive belongs to the groups 0, 1 and 4, and a number above 31 has no place in an identifier.
+#[test]
+fn groups_and_numbers() {
+    let mut master = quiet(&[1, 31, 32, 127]);
+    for group in 0..=31 {
+        let mut frames = of(&mut master, 0x400 | group, &[3]);
+        frames.sort_unstable();
+        let all = [(0x426, vec![0x83, 0, 1, 0]), (0x7E6, vec![0x83, 0, 31, 0])];
+        match group {
+            0 | 1 | 4 => assert_eq!(frames, all, "group {group}"),
+            _ => assert_eq!(frames, [], "group {group}"),
+        }
+    }
+    assert_eq!(property(&mut master, 31, 26), 0, "GRPA");
+    assert_eq!(property(&mut master, 31, 27), 1, "GRPB");
+    assert_eq!(property(&mut master, 31, 28), 4, "GRPC");
+    // Nobody is spoken to but those two: by no other receiver, and by no other sender than the host.
+    for receiver in 0..=31 {
+        let frames = of(&mut master, receiver, &[3]);
+        assert_eq!(
+            frames.len(),
+            usize::from(matches!(receiver, 1 | 31)),
+            "{receiver}"
+        );
+        if receiver != 0 {
+            assert_eq!(
+                of(&mut master, receiver << 5 | 1, &[3]),
+                [],
+                "from {receiver}"
+            );
+        }
+    }
+    // As CANopen nodes they are there all the same.
+    of(&mut master, 0, &[0x80, 0]);
+    assert_eq!(master.read(127, 0x3F00, 3), 127);
+}
+
 /// J9: each NMT message but "reset node" ends it; one heartbeat tells the state.
 #[test]
 fn the_first_nmt_message_ends_it() {

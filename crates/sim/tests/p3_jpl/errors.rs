@@ -1,6 +1,6 @@
 //! 0x1001: what sets its bits, and what ends them.
 
-use crate::bench::{answers, of, operational};
+use crate::bench::{answers, of, operational, quiet};
 
 /// J16, J17: no emergency; 0x1001 keeps a temperature error until a reset, and the motor stays free.
 #[test]
@@ -76,4 +76,20 @@ fn over_current() {
     master.drive(1).plant().set_short(None);
     master.run_ms(500);
     assert_eq!(master.read(1, 0x1001, 0), 0x03, "latched");
+}
+
+/// A drive that an error has stopped does not take its default mode, now or later.
+#[test]
+fn no_default_mode_in_an_error() {
+    let mut master = quiet(&[1]);
+    of(&mut master, 0, &[0x80, 1]);
+    master.write(1, 0x3F60, 0, &[1]);
+    master.drive(1).plant().set_amplifier_temperature_c(95.0);
+    master.run_ms(500);
+    assert_eq!(master.read(1, 0x1001, 0), 0x09);
+    of(&mut master, 0, &[0x01, 1]);
+    assert_eq!(master.read(1, 0x6061, 0), 0);
+    assert_eq!(master.read(1, 0x6060, 0), 0, "nothing was chosen");
+    let core = master.drive(1).core().expect("it has booted");
+    assert!(!core.comms().axis().is_powered());
 }

@@ -2,8 +2,10 @@
 
 mod barrett_can;
 mod bench;
+mod communication;
 mod errors;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
 mod objects;
+mod refusals;

@@ -133,6 +133,34 @@ fn torque_accelerates() {
     assert!(master.read(1, 0x3F00, 22).abs() < 30, "mA");
 }
 
+/// MV, 900 counts/ms, holds every mode: it cuts what 0x60FF asks for, and a motor that is driven beyond it
+/// in torque mode is braked.
+#[test]
+fn nothing_is_faster_than_mv() {
+    const MOST: f64 = 900_000.0;
+    let mut master = operational(&[1]);
+    assert_eq!(master.read(1, 0x3F00, 45), 900);
+    master.write(1, 0x6060, 0, &[3]);
+    for sign in [1, -1] {
+        master.write_i32(1, 0x60FF, 0, sign * (2000 << 16));
+        master.run_ms(2500);
+        let demand = f64::from(master.read(1, 0x606B, 0)) / 65_536.0;
+        let most = f64::from(sign) * MOST / PER_TURN * std::f64::consts::TAU;
+        assert!((demand - most).abs() < 0.1, "{demand} rad/s");
+    }
+    master.write(1, 0x6060, 0, &[4]);
+    master.write_i16(1, 0x6074, 0, 100);
+    // Pushed along, at more than the supply could do.
+    master.drive(1).plant().set_load_torque_nm(-0.004);
+    master.run_ms(2000);
+    let speed = f64::from(master.drive(1).plant().truth().speed_rad_s);
+    let most = MOST / PER_TURN * std::f64::consts::TAU;
+    let torque = master.read(1, 0x3F00, 42);
+    println!("{speed} of {most} rad/s, {torque} per mille");
+    assert!((speed - most).abs() < 0.03 * most, "{speed}");
+    assert!(torque < 0, "it brakes: {torque}");
+}
+
 /// J15: mode 7 goes to each written target by the trapezoid of 0x6083, 0x6084 and MV.
 #[test]
 fn the_trapezoid() {

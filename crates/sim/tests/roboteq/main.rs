@@ -2,7 +2,9 @@
 
 mod bench;
 mod channels;
+mod first_words;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
 mod supply;
+mod watchdog;
