@@ -14,6 +14,7 @@
     )
 )]
 
+pub mod board;
 pub mod class;
 mod faults;
 pub mod md80;
