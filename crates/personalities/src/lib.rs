@@ -14,6 +14,7 @@
     )
 )]
 
+pub mod board;
 pub mod class;
 mod faults;
 pub mod md80;
@@ -26,6 +27,7 @@ mod pdo_rows;
 mod personality;
 pub mod roboteq;
 pub mod serial;
+mod words;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
@@ -37,3 +39,4 @@ pub use objects::{
 pub use personality::{
     ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, Setting, by_name,
 };
+pub use words::Words;

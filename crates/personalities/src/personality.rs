@@ -6,7 +6,7 @@ use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
     AmplifierObjects, AxisObjects, Cause, ErrorRules, FaultRow, InputObjects, MotorObjects,
-    SupplyRules, md80, p3, p3_extended, p3_jpl, roboteq,
+    SupplyRules, Words, md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -45,6 +45,8 @@ pub struct Personality {
     pub stores_single_entry: Option<canopen::Address>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
+    /// What its document calls things.
+    pub words: Words,
     /// What only this drive does.
     pub own: OwnKind,
     /// Its serial command line, if it has one.
@@ -106,16 +108,6 @@ impl Personality {
         match cause {
             Cause::Own(number) => self.own_causes.get(usize::from(number)).copied(),
             cause => cause.name(),
-        }
-    }
-
-    /// What its document calls those of its modes that CiA 402 has under another name, or not at all.
-    pub const fn mode_names(&self) -> &'static [(i8, &'static str)] {
-        match self.own {
-            OwnKind::P3Jpl => p3_jpl::MODE_NAMES,
-            OwnKind::Md80 => md80::MODE_NAMES,
-            OwnKind::Roboteq => roboteq::MODE_NAMES,
-            OwnKind::Nothing => &[],
         }
     }
 }

@@ -16,6 +16,7 @@ use sim::{
 };
 
 use super::dialogue::Dialogue;
+use crate::drive_kind;
 
 /// The demo's number as an outside program of the bus.
 const CLIENT: u32 = 1;
@@ -97,7 +98,7 @@ impl<'w> Stage<'w> {
             .transpose()?;
         let mut bus = Bus::new(settings);
         bus.probe_every(PROBE_NS);
-        let decoder = Decoder::with_table(P3.device.table);
+        let decoder = Decoder::with_words(drive_kind::words(&P3));
         let dialogue = Rc::new(RefCell::new(Dialogue::new(output, decoder)));
         Ok(Stage {
             bus,

@@ -16,7 +16,7 @@ use canopen::{Device, dictionary};
 
 use crate::own::OwnKind;
 use crate::{
-    AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules,
+    AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules, Words,
 };
 
 const ROWS: &[&[Row]] = &[
@@ -105,6 +105,12 @@ pub(crate) const SUPPLY: SupplyRules = SupplyRules {
     limit_time_ms: 450, // l.1043
 };
 
+/// The error register's last bit tells of motion (P15).
+pub(crate) const WORDS: Words = Words {
+    bits: &[(Address::new(0x1001, 0), 7, "motion")],
+    ..Words::STANDARD
+};
+
 /// The drive.
 pub static P3: Personality = Personality {
     name: "p3",
@@ -138,6 +144,7 @@ pub static P3: Personality = Personality {
     }),
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     termination: None,
+    words: WORDS,
     own: OwnKind::Nothing,
     serial: None,
     commissioned: &[],

@@ -87,6 +87,7 @@ pub static P3_EXTENDED: Personality = Personality {
     node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    words: p3::WORDS,
     own: OwnKind::Nothing,
     serial: None,
     commissioned: &[],

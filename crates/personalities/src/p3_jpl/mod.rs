@@ -22,7 +22,7 @@ use canopen::{
 
 use crate::own::OwnKind;
 use crate::p3;
-use crate::{AxisPersonality, ErrorRules, Personality};
+use crate::{AxisPersonality, ErrorRules, Personality, Words};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -39,7 +39,10 @@ pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout
 pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
 /// Names of modes that are not CiA 402's (l.154, J15).
-pub const MODE_NAMES: &[(i8, &str)] = &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")];
+const WORDS: Words = Words {
+    modes: &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")],
+    ..Words::STANDARD
+};
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -109,6 +112,7 @@ pub static P3_JPL: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
+    words: WORDS,
     own: OwnKind::P3Jpl,
     serial: None,
     commissioned: &[],

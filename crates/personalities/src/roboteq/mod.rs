@@ -12,6 +12,7 @@ mod communication;
 mod faults;
 mod motor;
 pub(crate) mod own;
+mod words;
 
 use can::BitRate;
 use canopen::{Device, Dictionary, Row, dictionary};
@@ -49,15 +50,6 @@ pub static OBJECTS_3: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::la
 const ONE: Dictionary<{ dictionary::count(ROWS_1) }> = dictionary::layout(ROWS_1);
 const TWO: Dictionary<{ dictionary::count(ROWS_2) }> = dictionary::layout(ROWS_2);
 const THREE: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::layout(ROWS_3);
-
-/// Names of modes that are not CiA 402's (Table 1).
-pub const MODE_NAMES: &[(i8, &str)] = &[
-    (-4, "velocity, by position"),
-    (-3, "profile velocity, by position"),
-    (-2, "position tracking"),
-    (-1, "position relative"),
-    (0, "open loop"),
-];
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -125,6 +117,7 @@ const COMMON: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
+    words: words::WORDS,
     own: OwnKind::Roboteq,
     commissioned: &[],
     host: None,

@@ -136,7 +136,7 @@ fn modes(drives: Drives<'_>) -> Part {
                 None => format!("{number} the maker's own"),
             };
             row(name, drives, |drive| {
-                let mut own = drive.mode_names().iter();
+                let mut own = drive.words.modes.iter();
                 match own.find(|(own, _)| *own == number) {
                     Some((_, name)) if offered(drive, number) => (*name).to_owned(),
                     _ => yes(offered(drive, number)),
