@@ -9,4 +9,5 @@ mod modes;
 mod set_points;
 mod stops;
 mod supply;
+mod thresholds;
 mod watchdog;
