@@ -15,6 +15,7 @@
 )]
 
 pub mod class;
+pub mod commissioning;
 mod faults;
 pub mod md80;
 mod objects;
