@@ -14,6 +14,7 @@
     )
 )]
 
+pub mod board;
 pub mod class;
 pub mod commissioning;
 mod faults;

@@ -2,6 +2,7 @@
 
 mod support;
 
+use control::Real;
 use control::io::Duty;
 use plant::{Link, Parameters, Plant, VIRTUAL_P3};
 use support::OPEN;
@@ -64,8 +65,8 @@ fn two_of_a_kind_on_one_link_are_one_on_half_of_it() {
             let off = truth.speed_rad_s - wanted.speed_rad_s;
             assert!(off.abs() < 0.1, "{period}: {off}");
         }
-        lowest = lowest.min(wanted.bus_voltage_v);
-        highest = highest.max(wanted.bus_voltage_v);
+        lowest = lowest.least(wanted.bus_voltage_v);
+        highest = highest.greatest(wanted.bus_voltage_v);
         braked += u32::from(wanted.brake_current_a > 0.0);
     }
     assert!(lowest < 47.0, "{lowest}");
@@ -97,7 +98,7 @@ fn what_one_axis_gives_back_another_takes() {
         Plant::step_axes(&mut axes);
         let truth = axes[0].truth();
         given -= truth.bridge_current_a;
-        highest = highest.max(axes[2].truth().bus_voltage_v);
+        highest = highest.greatest(axes[2].truth().bus_voltage_v);
     }
     assert!(given > 1.0, "{given}");
     assert!(highest > 48.5, "{highest}");

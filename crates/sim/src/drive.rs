@@ -1,5 +1,6 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
+mod board;
 mod settings;
 mod starting_over;
 
@@ -9,6 +10,7 @@ use control::io::Duty;
 use control::{Feedback, Real as _};
 use drive::{Drive, Health, PwmTiming};
 use personalities::Personality;
+use personalities::board::Lights;
 use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
 
@@ -85,6 +87,8 @@ pub struct VirtualDrive {
     /// What `control_at` leaves out: this over the PWM frequency, ns. So no rounding adds up.
     control_rest: u64,
     extremes: Extremes,
+    /// What its lights did when they were last told of.
+    lights: Lights,
 }
 
 impl VirtualDrive {
@@ -125,6 +129,7 @@ impl VirtualDrive {
             control_at: Instant::ZERO,
             control_rest: 0,
             extremes: Extremes::default(),
+            lights: Lights::WELL,
         }
     }
 
@@ -368,10 +373,16 @@ impl VirtualDrive {
                 Instant::NEVER
             };
         }
-        if let Some(core) = &mut self.core
-            && now >= core.next_deadline()
+        if self
+            .core
+            .as_ref()
+            .is_some_and(|core| now >= core.next_deadline())
         {
-            core.poll(now, self.store.at(now));
+            self.look_at_board();
+            if let Some(core) = &mut self.core {
+                core.poll(now, self.store.at(now));
+            }
+            self.watch_lights(notice);
         }
         self.store.work(now);
         if let Some((request, at)) = self.storing

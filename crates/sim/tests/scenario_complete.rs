@@ -133,6 +133,7 @@ fn every_field_of_a_world_is_a_parameter() {
             reversed => ["encoder.output_reversed"],
             eccentricity_turns => ["encoder.output_eccentricity"],
             silent => ["encoder.output_silent"],
+            magnet_mm => ["encoder.output_magnet_distance"],
         }
         CurrentSensors {
             gain => ["sensors.current_gain_a", "sensors.current_gain_b"],

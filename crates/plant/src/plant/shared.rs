@@ -18,7 +18,7 @@ impl<R: Real> Plant<R> {
         }
         let mut taken = first.step_bridge();
         for axis in others.iter_mut() {
-            taken = taken + axis.step_bridge();
+            taken += axis.step_bridge();
         }
         if first.supply.is_ideal() {
             return;

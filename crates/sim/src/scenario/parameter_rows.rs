@@ -350,6 +350,13 @@ pub const PARAMETERS: &[Parameter] = &[
                 world.output_encoder = Some(OutputEncoder { reversed, ..output(world) });
             }
         }), "The second encoder's reading falls when the output turns in its positive direction."),
+    row!("encoder.output_magnet_distance", Length, 0.0, 1.0,
+        (|world| f64::from(output(world).magnet_mm) * 1e-3, |world, value| {
+            let magnet_mm = (value * 1e3) as f32;
+            if magnet_mm != output(world).magnet_mm {
+                world.output_encoder = Some(OutputEncoder { magnet_mm, ..output(world) });
+            }
+        }), "Distance of the second encoder's magnet from its sensor; 1 mm is best."),
     row!("encoder.output_silent", Flag, 0.0, 1.0,
         (|world| f64::from(u8::from(output(world).silent)), |world, value| {
             if value != 0.0 || world.output_encoder.is_some() {

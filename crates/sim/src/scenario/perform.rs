@@ -304,6 +304,51 @@ impl Act {
                 let degrees = Quantity::Angle.format(turns * std::f64::consts::TAU);
                 format!("magnet of {of} slipped by {degrees}")
             }
+            Act::EncoderTurned(turned) => {
+                plant.set_encoder_turned(turned);
+                format!("encoder of {of} counts {}", direction(turned))
+            }
+            Act::OutputSilent(silent) => {
+                plant.set_output_encoder_silent(silent);
+                let state = if silent { "gives no answer" } else { "works" };
+                format!("output encoder of {of} {state}")
+            }
+            Act::OutputTurned(turned) => {
+                plant.set_output_encoder_turned(turned);
+                format!("output encoder of {of} counts {}", direction(turned))
+            }
+            Act::OutputMagnet(millimetres) => {
+                let as_made = made.output_encoder.map(|encoder| encoder.magnet_mm);
+                let millimetres = millimetres.or(as_made).unwrap_or(1.0);
+                plant.set_output_magnet_mm(millimetres);
+                let shown = Quantity::Length.format(f64::from(millimetres) * 1e-3);
+                format!("output magnet of {of} {shown} from its sensor")
+            }
+            Act::GateSupply(volts) => {
+                plant.set_gate_supply_v(volts);
+                match volts {
+                    Some(volts) => {
+                        let shown = shown(Quantity::Voltage, volts);
+                        format!("gate supply of {of} to {shown}")
+                    }
+                    None => format!("gate supply of {of} as it should be"),
+                }
+            }
+            Act::GateDriverTemperature(celsius) => {
+                plant.set_gate_driver_temperature_c(celsius);
+                match celsius {
+                    Some(celsius) => {
+                        let shown = shown(Quantity::Temperature, celsius);
+                        format!("gate drivers of {of} at {shown}")
+                    }
+                    None => format!("gate drivers of {of} cool"),
+                }
+            }
+            Act::GateDriverSilent(silent) => {
+                plant.set_gate_driver_silent(silent);
+                let state = if silent { "give no answer" } else { "answer" };
+                format!("gate drivers of {of} {state}")
+            }
             Act::Switch(switch, held) => {
                 plant.hold_switch(switch, held);
                 let state = match held {
@@ -357,6 +402,13 @@ fn between(short: Short) -> String {
         }
         Short::ToNegative(phase) => format!("phase {phase:?} to ground"),
         Short::ToPositive(phase) => format!("phase {phase:?} to the supply"),
+    }
+}
+
+fn direction(turned: bool) -> &'static str {
+    match turned {
+        true => "the other way round",
+        false => "as at the start",
     }
 }
 

@@ -3,6 +3,7 @@
 
 pub use crate::master::*;
 use personalities::md80::MD80;
+use plant::{OutputEncoder, Parameters, Plant};
 use sim::DriveSettings;
 
 pub const NODE: u8 = 5;
@@ -108,6 +109,64 @@ pub fn wait_for_boot(master: &mut Master, s: u64) -> bool {
         }
     }
     false
+}
+
+pub fn plant(master: &mut Master) -> &mut Plant<f32> {
+    master.drive(NODE).plant()
+}
+
+/// A commissioned drive in another world.
+pub fn made(change: impl FnOnce(&mut Parameters)) -> Master {
+    let mut settings = md80();
+    change(&mut settings.plant);
+    let mut master = Master::with(vec![settings]);
+    master.run_ms(50);
+    master.write_u16(NODE, 0x2000, 12, 0);
+    master
+}
+
+/// With an encoder on its output, which is in use; calibrated or not.
+pub fn with_output(calibrated: bool, change: impl FnOnce(&mut OutputEncoder)) -> Master {
+    let mut encoder = OutputEncoder::ideal(1.0 / 9.0);
+    change(&mut encoder);
+    let mut master = made(|plant| plant.output_encoder = Some(encoder));
+    master.write(NODE, 0x2000, 8, &(1.0_f32 / 9.0).to_le_bytes());
+    master.write_i32(NODE, 0x2005, 1, 1);
+    master.write_i32(NODE, 0x2005, 3, 1);
+    master.run_ms(5);
+    if calibrated {
+        mode(&mut master, -1);
+        master.log.clear();
+        master.write(NODE, 0x2003, 4, &[1]);
+        assert!(wait_for_boot(&mut master, 40));
+        master.write_u16(NODE, 0x2000, 12, 0);
+        mode(&mut master, 0);
+    }
+    master
+}
+
+pub fn output() -> Master {
+    with_output(true, |_| {})
+}
+
+pub fn reset_node(master: &mut Master) {
+    master.log.clear();
+    master.send(0, &[0x81, NODE]);
+    master.run_ms(100);
+    assert!(booted(master));
+}
+
+pub fn velocity(master: &mut Master, rpm: i32) {
+    ramps(master, 600);
+    enable(master, 3);
+    master.write_i32(NODE, 0x60FF, 0, rpm);
+}
+
+/// A calibration of a drive out of the box, or that of the output encoder.
+pub fn calibrated(master: &mut Master, sub: u8) {
+    mode(master, -1);
+    master.write(NODE, 0x2003, sub, &[1]);
+    master.run_ms(20_000);
 }
 
 impl Master {

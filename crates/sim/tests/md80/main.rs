@@ -3,6 +3,7 @@
 mod bench;
 mod calibration;
 mod commands;
+mod directions;
 mod faults;
 #[path = "../master/mod.rs"]
 mod master;
@@ -10,5 +11,6 @@ mod motion;
 mod output_encoder;
 mod rows;
 mod states;
+mod status_words;
 mod transitions;
 mod values;

@@ -16,7 +16,12 @@ fn an_output_encoder_is_shown_and_calibrated() {
     master.write_u16(NODE, 0x2000, 12, 0);
     master.write(NODE, 0x2000, 8, &(1.0_f32 / 9.0).to_le_bytes());
     master.write_i32(NODE, 0x2005, 1, 1);
+    // In REPORT it has no calibration (M29).
     master.write_i32(NODE, 0x2005, 3, 3);
+    mode(&mut master, -1);
+    assert!(!status_bit(&mut master, 2, 2));
+    assert_eq!(master.try_write(NODE, 0x2003, 4, &[1]), Err(0x0800_0022));
+    master.write_i32(NODE, 0x2005, 3, 1);
     master.run_ms(5);
     assert!(status_bit(&mut master, 2, 2), "not calibrated");
     mode(&mut master, -1);

@@ -95,6 +95,7 @@ fn brought(to: u16, bit_7: bool) -> Master {
         SWITCHED_ON => &[6, 7],
         OPERATION_ENABLED => &[6, 7, 15],
         QUICK_STOP_ACTIVE => &[2],
+        FAULT_REACTION_ACTIVE => &[6, 15],
         _ => &[0],
     };
     for word in words {
@@ -109,6 +110,19 @@ fn brought(to: u16, bit_7: bool) -> Master {
         master.run_ms(50);
         master.drive(NODE).plant().set_supply_v(48.0);
         master.run_ms(50);
+    }
+    if to == FAULT_REACTION_ACTIVE {
+        // Beyond its limits in a mode of motion: until the next millisecond (13, 14).
+        let here = master.position(NODE);
+        master.write_i32(NODE, 0x607D, 1, here + TURN);
+        master.write_i32(NODE, 0x607D, 2, here + 2 * TURN);
+        mode(&mut master, 3);
+        for _ in 0..10 {
+            if master.state(NODE) == to {
+                return master;
+            }
+            master.run_us(100);
+        }
     }
     assert_eq!(master.state(NODE), to);
     master
@@ -145,14 +159,14 @@ fn every_command_in_every_state_leads_where_the_page_says() {
 }
 
 /// "Status Word" table, with the state that shows each. M1: the last row is the fault's. "Not ready to
-/// switch on" is over with the boot-up message, before anybody can ask; "fault reaction active" ends
-/// with the millisecond that it began in, since nothing is left to be slowed down by open switches.
+/// switch on" is over with the boot-up message, before anybody can ask.
 const PATTERNS: &[(&str, u16)] = &[
     ("xxxx xxxx x1xx 0000", SWITCH_ON_DISABLED),
     ("xxxx xxxx x01x 0001", READY_TO_SWITCH_ON),
     ("xxxx xxxx x01x 0011", SWITCHED_ON),
     ("xxxx xxxx x01x 0111", OPERATION_ENABLED),
     ("xxxx xxxx x00x 0111", QUICK_STOP_ACTIVE),
+    ("xxxx xxxx x0xx 1111", FAULT_REACTION_ACTIVE),
     ("xxxx xxxx x0xx 1000", FAULT),
 ];
 

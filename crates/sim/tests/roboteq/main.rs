@@ -2,7 +2,11 @@
 
 mod bench;
 mod channels;
+mod first_words;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
+mod set_points;
+mod stops;
 mod supply;
+mod watchdog;

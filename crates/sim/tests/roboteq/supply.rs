@@ -20,6 +20,7 @@ fn on(link: Link, inertia_kgm2: f64) -> Master {
     settings.plant.link = link;
     settings.plant.load.inertia_kgm2 = inertia_kgm2;
     let mut master = Master::with(vec![settings]);
+    master.write_u16(1, 0x3008, 0, 0);
     // Without the state machine: open loop, in which the voltage is all that there is.
     for channel in 1..=3 {
         master.write_i32(1, 0x3033, channel, 0);
@@ -81,7 +82,6 @@ fn what_one_channel_brakes_is_the_over_voltage_of_all() {
     let braked = |link: Link| {
         let mut master = on(link, 3e-4);
         master.write(1, 0x30F1, 0, &[1]);
-        master.run_ms(5);
         // A brake needs a limit above it; the faults of the supply are all channels'.
         master.write_u16(1, 0x30F4, 1, 320);
         master.write(1, 0x3038, 1, &[0]);

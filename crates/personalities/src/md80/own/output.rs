@@ -11,6 +11,8 @@ use crate::own::AxisView;
 
 /// Part of the way that the shown velocity goes to a new one each millisecond: 8 Hz.
 const VELOCITY_PART: f32 = 0.05;
+/// Turns of the output after which its encoder is compared with the motor's.
+const COMPARED_TURNS: f32 = 0.02;
 const TURN_RAD: f32 = core::f32::consts::TAU;
 
 /// The output encoder, as far as it is configured.
@@ -24,6 +26,17 @@ pub(super) struct OutputEncoder {
     turns: f32,
     /// Turns per second.
     velocity: f32,
+    /// How far motor and encoder have come since they were last compared.
+    compared: Compared,
+}
+
+/// Ways of the output, turns.
+#[derive(Clone, Copy, Debug, Default)]
+struct Compared {
+    /// The motor's encoder at the last tick.
+    motor_reading: Option<i32>,
+    by_motor: f32,
+    by_encoder: f32,
 }
 
 impl OutputEncoder {
@@ -33,6 +46,7 @@ impl OutputEncoder {
             reading: None,
             turns: 0.0,
             velocity: 0.0,
+            compared: Compared::default(),
         }
     }
 
@@ -58,17 +72,50 @@ impl OutputEncoder {
             Some(before) => {
                 let moved = half_turn(reading - before);
                 self.turns += moved;
+                self.compared.by_encoder += moved;
                 self.velocity += VELOCITY_PART * (moved * 1000.0 - self.velocity);
+            }
+            // The turn that the position of a start means, too.
+            None if is_in_use(image) => {
+                let zero = image.real(FIELDS.output_zero);
+                self.turns = zero + half_turn(reading - zero);
             }
             None => self.turns = reading,
         }
         self.reading = Some(reading);
     }
 
+    /// Whether it has gone the other way than the motor and its calibration say; to be asked each
+    /// millisecond, after the tick. It `looks` if a difference would mean just that.
+    pub(super) fn is_turned(&mut self, image: &Image<'_>, view: &AxisView, looks: bool) -> bool {
+        let gear = image.real(FIELDS.gear);
+        let before = self.compared.motor_reading.replace(view.encoder);
+        let (true, Some(before)) = (
+            looks && is_in_use(image) && self.reading.is_some() && gear > 0.0,
+            before,
+        ) else {
+            self.compared = Compared {
+                motor_reading: Some(view.encoder),
+                ..Compared::default()
+            };
+            return false;
+        };
+        let compared = &mut self.compared;
+        let step = half_turn((view.encoder - before) as f32 / COUNTS_PER_TURN as f32);
+        compared.by_motor += step * gear;
+        let (by_motor, by_encoder) = (compared.by_motor, compared.by_encoder);
+        if -COMPARED_TURNS < by_motor && by_motor < COMPARED_TURNS {
+            return false;
+        }
+        (compared.by_motor, compared.by_encoder) = (0.0, 0.0);
+        let direction = image.number(FIELDS.output_direction) as f32;
+        // Half as far the other way, so that no play of the gear can be meant.
+        direction * by_encoder / by_motor < -0.5
+    }
+
     /// Where the output stands at a start, counts of the motor; `None` if this encoder does not say.
     pub(super) fn start_position(&mut self, image: &Image<'_>, view: &AxisView) -> Option<i32> {
-        let calibrated = image.number(FIELDS.output_is_calibrated) != 0;
-        if !(is_configured(image) && calibrated) {
+        if !is_in_use(image) {
             return None;
         }
         let reading = view.output_encoder?;
@@ -76,29 +123,51 @@ impl OutputEncoder {
         if gear <= 0.0 {
             return None;
         }
-        let output = half_turn(self.turns_from_zero(image, reading));
+        let output = half_turn(turns_from_zero(image, reading));
         Some((output / gear * COUNTS_PER_TURN as f32) as i32)
     }
 
-    /// Turns of the output from its zero, as calibrated.
-    fn turns_from_zero(&self, image: &Image<'_>, turns: f32) -> f32 {
-        let direction = image.number(FIELDS.output_direction) as f32;
-        direction * (turns - image.real(FIELDS.output_zero))
+    /// The present position of the output is 0.
+    pub(super) fn set_zero(&mut self, image: &mut Image<'_>) {
+        if let (true, Some(reading)) = (is_in_use(image), self.reading) {
+            self.turns = reading;
+            image.set_raw(FIELDS.output_zero, reading.to_bits());
+        }
     }
 
     /// 0x2005,4 and 5.
     pub(super) fn publish(&self, image: &mut Image<'_>) {
-        let direction = image.number(FIELDS.output_direction) as f32;
         let (position, velocity) = match self.reading {
-            Some(_) => (
-                self.turns_from_zero(image, self.turns) * TURN_RAD,
-                direction * self.velocity * TURN_RAD,
-            ),
+            Some(_) if is_in_use(image) => {
+                let direction = image.number(FIELDS.output_direction) as f32;
+                let position = turns_from_zero(image, self.turns);
+                (position * TURN_RAD, direction * self.velocity * TURN_RAD)
+            }
+            Some(_) => (self.turns * TURN_RAD, self.velocity * TURN_RAD),
             None => (0.0, 0.0),
         };
         image.set_raw(FIELDS.output_position, position.to_bits());
         image.set_raw(FIELDS.output_velocity, velocity.to_bits());
     }
+}
+
+/// 0x2005,3.
+const REPORT: i64 = 3;
+
+/// Whether it can be calibrated in its mode (M29).
+pub(super) fn is_calibratable(image: &Image<'_>) -> bool {
+    is_configured(image) && image.number(FIELDS.output_mode) != REPORT
+}
+
+/// Whether its calibration counts: there is one, and the mode is one that it is for.
+fn is_in_use(image: &Image<'_>) -> bool {
+    is_calibratable(image) && image.number(FIELDS.output_is_calibrated) != 0
+}
+
+/// Turns of the output from its zero, as calibrated.
+fn turns_from_zero(image: &Image<'_>, turns: f32) -> f32 {
+    let direction = image.number(FIELDS.output_direction) as f32;
+    direction * (turns - image.real(FIELDS.output_zero))
 }
 
 fn is_configured(image: &Image<'_>) -> bool {
@@ -134,6 +203,9 @@ pub(super) struct OutputTurning {
     field: Field,
     full: bool,
     gear: f32,
+    /// Of the main encoder against the field, as calibrated, and counts of an electrical turn of it.
+    polarity: i64,
+    turned: i64,
     /// Where all began, turns of the output by the motor and of its encoder.
     start: (f32, f32),
     /// How far both have come since.
@@ -165,6 +237,8 @@ impl OutputTurning {
             field: Field::new(view, volts),
             full,
             gear,
+            polarity: image.number(FIELDS.electrical_polarity),
+            turned: i64::from(COUNTS_PER_TURN) / image.number(FIELDS.pole_pairs).max(1),
             start: (motor_turns(view) * gear, reading?),
             by_motor: 0.0,
             by_encoder: 0.0,
@@ -177,6 +251,10 @@ impl OutputTurning {
     /// A millisecond more; `None` at the end.
     pub(super) fn tick(&mut self, view: &AxisView, reading: Option<f32>) -> Option<Progress> {
         self.field.tick(view, RATE);
+        if self.field.moved * self.polarity <= -self.turned {
+            // The main encoder counts against the field.
+            return Some(Progress::Failed(one(2, 4) | one(1, 1)));
+        }
         let Some(reading) = reading else {
             return Some(Progress::Failed(one(2, 4)));
         };

@@ -2,9 +2,12 @@
 
 use canopen::Image;
 use cia402::{Mode, State};
+use control::io::Magnet;
 
 use super::FIELDS;
-use super::output::OutputEncoder;
+use super::bridge::Bridge;
+use super::output::{OutputEncoder, is_calibratable};
+use crate::board::Board;
 use crate::md80::axis::SERVICE;
 use crate::md80::internal::COUNTS_PER_TURN;
 use crate::md80::status::{Effect, STATUS_BITS, WORDS, cause, place};
@@ -33,6 +36,20 @@ const CRITICAL: Bits = {
     while n < STATUS_BITS.len() {
         #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
         if let Effect::Critical(_) = STATUS_BITS[n].effect {
+            bits |= 1 << n;
+        }
+        n += 1;
+    }
+    bits
+};
+
+/// Errors.
+const ERRORS: Bits = {
+    let mut bits = 0;
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+        if STATUS_BITS[n].bit < 16 {
             bits |= 1 << n;
         }
         n += 1;
@@ -81,6 +98,10 @@ pub(super) struct Watch {
     /// Ticks in a row.
     encoder_silent: u16,
     magnet_bad: u16,
+    output_magnet_bad: u16,
+    bridge: Bridge,
+    /// What the board said last.
+    board: Option<Board>,
     undervoltage: u16,
     /// The encoder has answered once.
     encoder_seen: bool,
@@ -99,6 +120,9 @@ impl Watch {
             limited: false,
             encoder_silent: 0,
             magnet_bad: 0,
+            output_magnet_bad: 0,
+            bridge: Bridge::default(),
+            board: None,
             undervoltage: 0,
             encoder_seen: false,
             output_seen: false,
@@ -110,6 +134,21 @@ impl Watch {
     /// A frame for the drive.
     pub(super) fn fed(&mut self) {
         self.silent_ms = 0;
+    }
+
+    /// What the board says.
+    pub(super) fn look_at(&mut self, board: &Board) {
+        self.board = Some(*board);
+    }
+
+    /// Whether there is an error, not a warning.
+    pub(super) fn has_error(&self) -> bool {
+        self.set & ERRORS != 0
+    }
+
+    /// Whether the main encoder is known to count the other way round.
+    pub(super) fn is_turned(&self) -> bool {
+        self.set & one(1, 1) != 0
     }
 
     /// Whether the watchdog has run out since the last call.
@@ -141,9 +180,8 @@ impl Watch {
         output: &OutputEncoder,
         start: Start,
     ) {
-        let moves =
-            view.state == State::OperationEnabled && !matches!(view.mode, Mode::IDLE | SERVICE);
-        let levels = self.levels(image, output);
+        let moves = moves(view);
+        let levels = self.levels(image);
         self.set = self.set & !LEVELS | levels;
         self.set |= self.of_hardware(image, view, output, start);
         if moves {
@@ -155,7 +193,7 @@ impl Watch {
     }
 
     /// What holds as long as it is so.
-    fn levels(&self, image: &Image<'_>, output: &OutputEncoder) -> Bits {
+    fn levels(&self, image: &Image<'_>) -> Bits {
         let needed = [
             FIELDS.pole_pairs,
             FIELDS.torque_constant,
@@ -173,7 +211,7 @@ impl Watch {
         when(SET_UP, needed.iter().any(|field| image.raw(*field) == 0));
         when(one(1, 2), !is(FIELDS.is_calibrated));
         when(one(1, 30), is(FIELDS.low_accuracy));
-        let used = output.is_configured();
+        let used = is_calibratable(image);
         when(one(2, 2), used && !is(FIELDS.output_is_calibrated));
         when(one(2, 30), used && is(FIELDS.output_low_accuracy));
         bits
@@ -205,6 +243,12 @@ impl Watch {
         let never = output.is_configured() && !self.output_seen;
         when(one(2, 6), started && never);
 
+        let magnet = self.board.and_then(|board| board.output_magnet);
+        let is_bad = magnet.is_some_and(|magnet| magnet != Magnet::Good);
+        self.output_magnet_bad = in_a_row(self.output_magnet_bad, is_bad);
+        let too_long = self.output_magnet_bad >= ENCODER_TICKS;
+        when(one(2, 5), output.is_configured() && too_long);
+
         when(one(4, 1), view.overcurrent);
         let [d, q] = view.current_a;
         when(one(5, 0), d * d + q * q > OVERCURRENT_A * OVERCURRENT_A);
@@ -226,7 +270,10 @@ impl Watch {
         });
         let most = ADC_OFFSET_PART * view.phase_adc_zero;
         when(one(5, 5), start == Start::Ends && (a > most || b > most));
-        bits
+        match &self.board {
+            Some(board) => bits | self.bridge.tick(&board.gate_driver, view.overcurrent),
+            None => bits,
+        }
     }
 
     fn watch_bus(&mut self, image: &Image<'_>, moves: bool) {
@@ -276,6 +323,11 @@ impl Watch {
         let statusword = view.statusword & STATUSWORD_BITS | limit;
         image.set_raw(FIELDS.statusword, u32::from(statusword));
     }
+}
+
+/// A mode of motion is at work.
+pub(super) fn moves(view: &AxisView) -> bool {
+    view.state == State::OperationEnabled && !matches!(view.mode, Mode::IDLE | SERVICE)
 }
 
 fn in_a_row(ticks: u16, is: bool) -> u16 {
