@@ -106,7 +106,7 @@ fn every_drive_has_its_demo() {
         (
             "roboteq",
             "Three virtual roboteq drives on a simulated CAN bus",
-            "0x30F1,0 State machine (^FSA) = 1",
+            "0x30F1,0 State machine is active (^FSA) = 1",
         ),
         (
             "roboteq-2",
