@@ -116,7 +116,7 @@ fn every_drive_has_its_demo() {
         (
             "roboteq-3",
             "One virtual roboteq-3 with 3 axes on a simulated CAN bus",
-            "0x7060,0 Modes of operation (ROM) = 0x03: profile velocity",
+            "0x70FF,0 Target velocity (S) = 1000 RPM",
         ),
     ] {
         let folder = folder(drive);
