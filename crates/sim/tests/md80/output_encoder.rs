@@ -59,3 +59,110 @@ fn an_output_encoder_that_does_not_answer_is_a_fault() {
     assert_eq!(master.emergency_codes(NODE), [0x7306]);
     assert_eq!(master.state(NODE), FAULT);
 }
+
+/// The greatest difference of the shown position from the true one over a turn of the output, turns.
+fn worst_error(master: &mut Master) -> f64 {
+    ramps(master, 200);
+    enable(master, 3);
+    master.write_i32(NODE, 0x60FF, 0, 60);
+    master.run_ms(500);
+    let mut errors = Vec::new();
+    for _ in 0..60 {
+        master.run_ms(20);
+        let shown = real(master, 0x2005, 4) / std::f32::consts::TAU;
+        let truth = plant(master).truth().load_position_turns() / 9.0;
+        errors.push(truth - f64::from(shown));
+    }
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    let off = |error: &f64| (error - mean).abs();
+    errors
+        .iter()
+        .map(off)
+        .fold(0.0, |most, error| if error > most { error } else { most })
+}
+
+#[test]
+fn an_eccentric_output_encoder_is_corrected_by_a_whole_turn_and_not_by_a_quarter() {
+    let mut worst = Vec::new();
+    for calibration_mode in [1, 0] {
+        let mut master = with_output(false, |encoder| encoder.eccentricity_turns = 0.005);
+        master.write_i32(NODE, 0x2005, 2, calibration_mode);
+        mode(&mut master, -1);
+        master.log.clear();
+        master.write(NODE, 0x2003, 4, &[1]);
+        assert!(wait_for_boot(&mut master, 40));
+        // It is 1.8 degrees: a warning, if all of a turn was seen.
+        let warned = status_bit(&mut master, 2, 30);
+        assert_eq!(warned, calibration_mode == 0);
+        master.write_u16(NODE, 0x2000, 12, 0);
+        worst.push(worst_error(&mut master));
+    }
+    assert!(worst[0] > 0.004, "{worst:?}");
+    // A read takes up to half a millisecond more or less: 0.0005 turns at 60 RPM.
+    assert!(worst[1] < 0.001, "{worst:?}");
+}
+
+#[test]
+fn the_off_axis_encoder_wants_a_whole_turn() {
+    let mut master = with_output(false, |_| {});
+    master.write_i32(NODE, 0x2005, 1, 2);
+    master.write_i32(NODE, 0x2005, 2, 1);
+    mode(&mut master, -1);
+    master.write(NODE, 0x2003, 4, &[1]);
+    master.run_ms(50);
+    assert!(status_bit(&mut master, 2, 4));
+}
+
+#[test]
+fn where_the_position_of_a_start_comes_from_depends_on_the_mode() {
+    // Half a turn of the output from its zero: 4.5 turns of the motor.
+    for (in_mode, from_output) in [(1, true), (2, true), (3, false)] {
+        let mut master = output();
+        master.write_i32(NODE, 0x2005, 3, in_mode);
+        master.write(NODE, 0x1010, 1, &SAVE);
+        master.run_ms(300);
+        plant(&mut master).set_motion(0, 0.0);
+        reset_node(&mut master);
+        let zero = master.position(NODE);
+        master.write_u16(NODE, 0x2000, 12, 0);
+        enable(&mut master, 3);
+        ramps(&mut master, 300);
+        master.write_i32(NODE, 0x60FF, 0, 60);
+        master.run_ms(700);
+        master.write_i32(NODE, 0x60FF, 0, 0);
+        master.run_ms(500);
+        master.write_u16(NODE, 0x6040, 0, 0);
+        let gone = master.position(NODE) - zero;
+        assert!((TURN / 4..TURN).contains(&gone), "{gone}");
+        reset_node(&mut master);
+        let after = master.position(NODE) - zero;
+        let kept = (after - gone).rem_euclid(TURN);
+        let kept = kept.min(TURN - kept) < 100;
+        assert_eq!(kept, from_output, "{in_mode}: {gone}, {after}");
+    }
+}
+
+#[test]
+fn a_zero_that_is_set_is_the_output_encoders_too() {
+    let mut master = output();
+    enable(&mut master, 3);
+    ramps(&mut master, 300);
+    master.write_u16(NODE, 0x2000, 12, 0);
+    master.write_i32(NODE, 0x60FF, 0, 60);
+    master.run_ms(400);
+    master.write_u16(NODE, 0x6040, 0, 0);
+    master.run_ms(200);
+    mode(&mut master, -1);
+    master.write(NODE, 0x2003, 5, &[1]);
+    master.run_ms(5);
+    assert!(master.position(NODE).abs() <= 1);
+    assert!(real(&mut master, 0x2005, 4).abs() < 1e-3);
+    master.write(NODE, 0x1010, 1, &SAVE);
+    master.run_ms(300);
+    assert!(
+        master.position(NODE).abs() <= 2,
+        "{}",
+        master.position(NODE)
+    );
+    assert!(real(&mut master, 0x2005, 4).abs() < 1e-3);
+}

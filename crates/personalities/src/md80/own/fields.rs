@@ -2,7 +2,7 @@
 
 use canopen::{Dictionary, Field};
 
-use crate::md80::internal;
+use crate::md80::internal::{self, PLACES};
 use crate::md80::status::WORDS;
 
 /// Objects that the behaviour reads and writes.
@@ -43,6 +43,22 @@ pub(super) struct Fields {
     pub(super) output_direction: Field,
     pub(super) output_is_calibrated: Field,
     pub(super) output_low_accuracy: Field,
+    pub(super) correction: [Field; PLACES],
+    pub(super) output_correction: [Field; PLACES],
+}
+
+/// All places of a table.
+const fn places<const N: usize>(objects: &Dictionary<N>, index: u16) -> [Field; PLACES] {
+    let mut fields = [objects.need(index, 1); PLACES];
+    let mut n = 1;
+    while n < PLACES {
+        #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+        {
+            fields[n] = objects.need(index, n as u8 + 1);
+        }
+        n += 1;
+    }
+    fields
 }
 
 impl Fields {
@@ -91,6 +107,8 @@ impl Fields {
             output_direction: objects.need(internal::OUTPUT_DIRECTION, 0),
             output_is_calibrated: objects.need(internal::OUTPUT_IS_CALIBRATED, 0),
             output_low_accuracy: objects.need(internal::OUTPUT_LOW_ACCURACY, 0),
+            correction: places(objects, internal::CORRECTION),
+            output_correction: places(objects, internal::OUTPUT_CORRECTION),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 mod bridge;
 mod calibration;
+mod correction;
 mod direction;
 mod electrical;
 mod fields;
@@ -15,6 +16,7 @@ use canopen::{Abort, Address, Image, NodeId, Reset, Verdict, store};
 use cia402::{Demand, Mode, State};
 
 use self::calibration::{Calibration, Progress};
+use self::correction::Table;
 use self::direction::Direction;
 use self::fields::Fields;
 use self::output::OutputEncoder;
@@ -51,6 +53,8 @@ pub struct Behaviour {
     watch: Watch,
     output: OutputEncoder,
     direction: Direction,
+    /// By how much the main encoder is off.
+    table: Table,
     /// What calibrates, if something does.
     job: Option<Calibration>,
     /// What is stored is that job's.
@@ -224,6 +228,7 @@ impl OwnBehaviour for Behaviour {
             watch: Watch::new(),
             output: OutputEncoder::new(image),
             direction: Direction::default(),
+            table: Table::stored(image, &FIELDS.correction),
             job: None,
             job_stores: false,
             demand: None,
@@ -300,7 +305,8 @@ impl OwnBehaviour for Behaviour {
             image.set_number(FIELDS.zero, i64::from(reading));
             self.output.set_zero(image);
         }
-        self.output.tick(image, view);
+        let calibrating = self.job.as_ref().is_some_and(Calibration::is_of_output);
+        self.output.tick(image, view, calibrating);
         self.watch.tick(image, view, &self.output, start);
         self.watch_directions(image, view);
         self.blinks = self.blinks.saturating_sub(1);
@@ -325,6 +331,14 @@ impl OwnBehaviour for Behaviour {
         image.set_raw(FIELDS.motor_temperature, view.motor_temperature_c.to_bits());
         let amplifier = view.amplifier_temperature_c;
         image.set_raw(FIELDS.mosfet_temperature, amplifier.to_bits());
+    }
+
+    #[inline]
+    fn reading(&self, _: u8, raw: i32) -> i32 {
+        match &self.job {
+            Some(job) if job.is_of_main_encoder() => raw,
+            _ => self.table.right(raw),
+        }
     }
 
     fn look_at(&mut self, _: u8, board: &Board) {
