@@ -153,6 +153,19 @@ impl OutputEncoder {
         }
     }
 
+    /// Position of the output from its zero, turns, if its calibration counts.
+    pub(super) fn position(&self, image: &Image<'_>) -> Option<f64> {
+        let reading = self.reading.filter(|_| is_in_use(image))?;
+        let from_zero = f64::from(reading) - f64::from(image.real(FIELDS.output_zero));
+        let direction = image.number(FIELDS.output_direction) as f64;
+        Some(direction * (f64::from(self.whole) + from_zero))
+    }
+
+    /// Its velocity, turns per second, likewise.
+    pub(super) fn velocity(&self, image: &Image<'_>) -> f32 {
+        image.number(FIELDS.output_direction) as f32 * self.velocity
+    }
+
     /// 0x2005,4 and 5.
     pub(super) fn publish(&self, image: &mut Image<'_>) {
         let (position, velocity) = match self.turns() {
@@ -178,7 +191,7 @@ pub(super) fn is_calibratable(image: &Image<'_>) -> bool {
 }
 
 /// Whether its calibration counts: there is one, and the mode is one that it is for.
-fn is_in_use(image: &Image<'_>) -> bool {
+pub(super) fn is_in_use(image: &Image<'_>) -> bool {
     is_calibratable(image) && image.number(FIELDS.output_is_calibrated) != 0
 }
 
