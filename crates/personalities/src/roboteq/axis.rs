@@ -192,7 +192,7 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
             )
         },
         homing: None,
-        rated_torque_nm: Figure::Fixed(motor::RATED_A * motor::TORQUE_CONSTANT),
+        rated_torque_nm: Figure::Fixed(motor::RATED_NM),
         polarity: None,
         gear: None,
     }

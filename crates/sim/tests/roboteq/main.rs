@@ -6,5 +6,7 @@ mod first_words;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
+mod set_points;
+mod stops;
 mod supply;
 mod watchdog;

@@ -5,7 +5,7 @@ use cia402::{Demand, State};
 
 use super::fields::Fields;
 use crate::own::{AxisView, Orders};
-use crate::roboteq::axis::PER_RPM;
+use crate::roboteq::axis::{PER_RPM, PER_TENTH_AMPERE};
 use crate::roboteq::mode;
 
 /// Bits of the statusword that never change (R5, R19): 4, voltage, and 9, remote, are 1, 7, warning, 13
@@ -14,6 +14,7 @@ const ALWAYS_SET: u16 = 1 << 4 | 1 << 9;
 const ALWAYS_CLEAR: u16 = 1 << 7 | 0xE000;
 const SWITCH_ON_DISABLED: u16 = 1 << 6;
 const REACHED: u16 = 1 << 10;
+const INTERNAL_LIMIT: u16 = 1 << 11;
 const MODE_SPECIFIC: u16 = 1 << 12;
 /// Bits of the controlword.
 const NEW_SET_POINT: u16 = 1 << 4;
@@ -89,6 +90,22 @@ fn number_of(start_mode: u32) -> i8 {
         6 => -3,
         _ => 0,
     }
+}
+
+/// The limit of the current (^ALIM) is reached: the demand is what it leaves, and the current is there. A
+/// motor that gets no more current because the voltage is used up has not reached it.
+pub(super) fn at_limit(image: &Image<'_>, fields: &Fields, view: &AxisView) -> bool {
+    let limit = image.real(fields.current_limit); // 0.1 A
+    let demanded =
+        view.current_limited || view.torque_demand_pm.abs() >= 0.995 * limit * PER_TENTH_AMPERE;
+    let [d, q] = view.current_a;
+    let nearly = 0.09 * limit;
+    demanded && d * d + q * q >= nearly * nearly
+}
+
+/// Slower than 10 RPM.
+pub(super) fn stands(view: &AxisView) -> bool {
+    view.velocity.abs() < 10.0 * PER_RPM
 }
 
 impl Channel {
@@ -314,7 +331,14 @@ impl Channel {
     }
 
     /// Closed loop error detection (^CLERD): 1 to 3 are 250, 500 and 1000 ms beyond 100, 250 and 500.
-    pub(super) fn watch_error(&mut self, image: &Image<'_>, fields: &Fields, view: &AxisView) {
+    /// It shuts the motor down.
+    pub(super) fn watch_error(
+        &mut self,
+        image: &Image<'_>,
+        fields: &Fields,
+        view: &AxisView,
+        orders: &mut Orders,
+    ) {
         let (time_ms, limit) = match image.raw(fields.detection) {
             1 => (250, 100.0),
             2 => (500, 250.0),
@@ -327,7 +351,10 @@ impl Channel {
             true => self.error_ms.saturating_add(1),
             false => 0,
         };
+        let had_loop_error = self.has_loop_error;
         self.has_loop_error = is_beyond && self.error_ms > time_ms;
+        // The reaction to it is another one.
+        orders.new_parameters |= self.has_loop_error != had_loop_error;
     }
 
     /// Speed as a share of MXRPM, position as a share of its range, of 1000 each. In count position the
@@ -398,6 +425,15 @@ impl Channel {
         let runs = view.state == State::OperationEnabled;
         if !matches!(self.number, 1 | -1 | 3 | -3) {
             status &= !MODE_SPECIFIC;
+        }
+        // The limit of the current, and no other.
+        status &= !INTERNAL_LIMIT;
+        if at_limit(image, fields, view) {
+            status |= INTERNAL_LIMIT;
+        }
+        // Table 15: the axis does not know of a halt in open loop.
+        if runs && self.number == 0 && self.word & HALT != 0 && stands(view) {
+            status |= REACHED;
         }
         let tracks = runs && self.number == -2 && self.word & HALT == 0;
         if tracks {

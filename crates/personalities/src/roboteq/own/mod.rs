@@ -8,7 +8,7 @@ mod watchdog;
 use canopen::{Abort, Address, Field, Image, Verdict, store};
 use cia402::{Configuration, Demand, Targets, VlConfiguration};
 
-use self::channel::Channel;
+use self::channel::{Channel, at_limit, stands};
 use self::fields::{Fields, field};
 use self::watchdog::Watchdog;
 use super::axis::{PER_RATE, PER_RPM, base};
@@ -286,7 +286,7 @@ impl OwnBehaviour for Roboteq {
         }
         channel.still_reached_ms = channel.still_reached_ms.saturating_sub(1);
         channel.open_loop(image, &fields, view, orders);
-        channel.watch_error(image, &fields, view);
+        channel.watch_error(image, &fields, view, orders);
         if has_machine {
             channel.set_point = 0;
         }
@@ -317,13 +317,15 @@ impl OwnBehaviour for Roboteq {
     }
 
     fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
-        let fields = self.channels.get(usize::from(axis));
-        let Some(fields) = fields.and_then(|channel| channel.fields) else {
+        let Some(channel) = self.channels.get(usize::from(axis)) else {
             return;
         };
-        // Halt and quick stop are on the fault deceleration (R16, R3).
+        let Some(fields) = channel.fields else { return };
+        // Halt, quick stop and faults are on the fault deceleration (R16, R3, R29). A motor that does not
+        // follow is let go.
         configuration.halt_option = 2;
         configuration.quick_stop_option = 2;
+        configuration.fault_reaction_option = if channel.has_loop_error { 0 } else { 2 };
         // "0 = ramp bypassed".
         let rate = |rate: f32| {
             if rate > 0.0 {
@@ -405,9 +407,9 @@ impl OwnBehaviour for Roboteq {
         image.set_number(fields.battery_amps, round(watts / volts * 10.0));
         let error = channel.loop_error(image, &fields, view);
         image.set_number(fields.loop_error, round(error));
-        let stands = view.velocity.abs() < 10.0 * PER_RPM;
-        let flags = u32::from(view.current_limited)
-            | u32::from(view.current_limited && stands) << 1
+        let limited = at_limit(image, &fields, view);
+        let flags = u32::from(limited)
+            | u32::from(limited && stands(view)) << 1
             | u32::from(channel.has_loop_error) << 2;
         image.set_raw(fields.flags, flags);
         let all = self.faults.iter().fold(0, |all, own| all | own);
