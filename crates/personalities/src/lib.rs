@@ -16,6 +16,7 @@
 
 pub mod board;
 pub mod class;
+pub mod commissioning;
 mod faults;
 pub mod md80;
 mod objects;

@@ -7,6 +7,7 @@
 //! built; the numbers M1 to M31 name the decisions, which the drive's page in the documentation lists.
 
 mod axis;
+mod commissioning;
 mod communication;
 mod internal;
 mod motor;
@@ -114,6 +115,7 @@ pub static MD80: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: WORDS,
+    commissioning: commissioning::COMMISSIONING,
     own: OwnKind::Md80,
     serial: None,
     commissioned: SAMPLE_MOTOR,

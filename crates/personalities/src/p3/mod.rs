@@ -14,6 +14,7 @@ use canopen::{
 };
 use canopen::{Device, dictionary};
 
+use crate::commissioning::Commissioning;
 use crate::own::OwnKind;
 use crate::{
     AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules, Words,
@@ -145,6 +146,7 @@ pub static P3: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     termination: None,
     words: WORDS,
+    commissioning: Commissioning::BY_MASTER,
     own: OwnKind::Nothing,
     serial: None,
     commissioned: &[],
