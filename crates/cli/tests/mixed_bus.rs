@@ -174,36 +174,6 @@ fn stores_are_kept_by_kind_and_node() {
     sim.end();
 }
 
-/// What knows the P3s only says so to other drives, before anything is changed.
-#[test]
-fn calibration_and_tuning_tell_other_drives_apart() {
-    let sim = Sim::start(&[
-        "--node",
-        "1=p3-jpl",
-        "--node",
-        "2=md80",
-        "--node",
-        "3=roboteq",
-    ]);
-    let bus = sim.bus().to_owned();
-    printed(&["nmt", "pre-operational", "1", "--bus", &bus], 0);
-    for node in ["1", "2", "3"] {
-        for words in [
-            ["calibrate", "all"],
-            ["tune", "velocity"],
-            ["tune", "position"],
-        ] {
-            let words = [&words[..], &["--node", node, "--yes", "--bus", &bus]].concat();
-            let text = printed(&words, 1);
-            let known = "this drive has no 0x3000,1 (sensed bus voltage): calibration and tuning know the \
-                         drives of the P3's manual of 2019 only";
-            assert!(text.contains(known), "{text}");
-            assert!(text.contains("(no power was applied)"), "{text}");
-        }
-    }
-    sim.end();
-}
-
 /// Every axis of a drive has its signals.
 #[test]
 fn each_axis_is_recorded() {

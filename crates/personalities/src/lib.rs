@@ -16,9 +16,11 @@
 
 pub mod board;
 pub mod class;
+pub mod commissioning;
 mod faults;
 pub mod md80;
 mod objects;
+pub mod operation;
 pub mod own;
 pub mod p3;
 pub mod p3_extended;

@@ -10,6 +10,7 @@ mod behaviour;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub mod properties;
 
 pub use behaviour::{Behaviour, offers};
@@ -20,6 +21,7 @@ use canopen::{
     UploadReply, dictionary,
 };
 
+use crate::commissioning::Commissioning;
 use crate::own::OwnKind;
 use crate::p3;
 use crate::{AxisPersonality, ErrorRules, Personality, Words};
@@ -42,6 +44,15 @@ pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictio
 const WORDS: Words = Words {
     modes: &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")],
     ..Words::STANDARD
+};
+
+/// The manual has neither calibration nor gains.
+const COMMISSIONING: Commissioning = Commissioning {
+    calibrations: &[],
+    calibrating: Some(
+        "its manual has no calibration; 0x3F00,61 (MOFST), 62 and 74 (IOFST, IOFF) show what it works with",
+    ),
+    tuning: Some("its manual has no gains; 0x6083, 0x6084 and the targets are all there is to set"),
 };
 
 /// Its CANopen.
@@ -113,6 +124,8 @@ pub static P3_JPL: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: WORDS,
+    operation: operation::OPERATION,
+    commissioning: COMMISSIONING,
     own: OwnKind::P3Jpl,
     serial: None,
     commissioned: &[],

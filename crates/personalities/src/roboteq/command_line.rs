@@ -105,6 +105,7 @@ pub static COMMANDS: &[Command] = &[
     query("FM", Of::Channel, Object::channels(0x2122)),
     command("EX", Of::Order, Object::single(0x200C, 0)),
     command("MG", Of::Order, Object::single(0x200D, 0)),
+    command("EES", Of::Order, Object::single(0x2017, 0)),
     command("MS", Of::Drive, Object::single(0x200E, 0)),
     set("FSA", Of::Drive, STATE_MACHINE),
     get("FSA", Of::Drive, STATE_MACHINE),

@@ -11,6 +11,7 @@ pub mod command_line;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub(crate) mod own;
 mod words;
 
@@ -18,6 +19,7 @@ use can::BitRate;
 use canopen::{Device, Dictionary, Row, dictionary};
 use cia402::Mode;
 
+use crate::commissioning::Commissioning;
 use crate::own::OwnKind;
 use crate::{ErrorRules, FaultRow, Personality, SupplyRules};
 
@@ -50,6 +52,19 @@ pub static OBJECTS_3: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::la
 const ONE: Dictionary<{ dictionary::count(ROWS_1) }> = dictionary::layout(ROWS_1);
 const TWO: Dictionary<{ dictionary::count(ROWS_2) }> = dictionary::layout(ROWS_2);
 const THREE: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::layout(ROWS_3);
+
+/// The document has neither calibration nor gains.
+const COMMISSIONING: Commissioning = Commissioning {
+    calibrations: &[],
+    calibrating: Some(
+        "its document has no calibration, neither by CAN nor by the serial line; the motor is set up \
+         with the maker's own tool",
+    ),
+    tuning: Some(
+        "its document has no gains, neither by CAN nor by the serial line; they are set with the maker's \
+         own tool",
+    ),
+};
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -118,6 +133,8 @@ const COMMON: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: words::WORDS,
+    operation: operation::OPERATION,
+    commissioning: COMMISSIONING,
     own: OwnKind::Roboteq,
     commissioned: &[],
     host: None,

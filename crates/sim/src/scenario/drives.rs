@@ -271,7 +271,7 @@ fn read_world(
             read_parameters(name, value, findings, &mut |parameter, value, findings| {
                 let none = matches!(value.get_ref(), DeValue::String(word) if word == "none");
                 if none && parameter.may_be_none() {
-                    let (value, span) = (parameter.default(), value.span());
+                    let (value, span) = (parameter.none(), value.span());
                     given.push((parameter, Read { value, span }));
                     return;
                 }

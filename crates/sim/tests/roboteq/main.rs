@@ -6,6 +6,7 @@ mod first_words;
 #[path = "../master/mod.rs"]
 mod master;
 mod modes;
+mod refusals;
 mod set_points;
 mod stops;
 mod supply;

@@ -140,16 +140,17 @@ impl Channel {
             image.set_number(fields.target_velocity, i64::from(speed));
             // Held within its type (R10).
             image.set_number(fields.target_vl, i64::from(speed));
-            orders.new_targets = true;
+            // The mode in force is told of its own target only: others may be old.
+            orders.new_targets |= matches!(self.number, 2 | 3 | -3 | -4);
         }
         if let Some(position) = self.position.take() {
             image.set_number(fields.target_position, i64::from(position));
-            orders.new_targets = true;
+            orders.new_targets |= matches!(self.number, 1 | -1 | -2);
             self.set_point = 2;
         }
         if let Some(torque) = self.torque.take() {
             image.set_number(fields.target_torque, i64::from(torque));
-            orders.new_targets = true;
+            orders.new_targets |= self.number == 4;
         }
         for (rate, field) in self
             .rates
