@@ -51,16 +51,18 @@ fn voltages_and_temperatures() {
             (|m| amplifier(m, 102.0), true),
         ],
     );
-    // 0x2000,7 is 80 with the sample motor, and 0 looks for nothing.
+    // 0x2000,7 is 80 with the sample motor.
+    steps(
+        5,
+        3,
+        &[(|m| motor(m, 79.0), false), (|m| motor(m, 81.0), true)],
+    );
     steps(
         5,
         3,
         &[
-            (|m| motor(m, 79.0), false),
-            (|m| m.write(NODE, 0x2000, 7, &[0]), false),
-            (|m| motor(m, 90.0), false),
-            (|m| m.write(NODE, 0x2000, 7, &[90]), false),
-            (|m| m.write(NODE, 0x2000, 7, &[85]), true),
+            (|m| motor(m, 60.0), false),
+            (|m| m.write(NODE, 0x2000, 7, &[59]), true),
         ],
     );
 }
@@ -70,10 +72,10 @@ fn voltages_and_temperatures() {
 fn a_position_outside_its_limits() {
     for (pushed, is_set) in [(400, false), (520, true)] {
         let mut master = quiet();
-        enable(&mut master, 8);
         let here = master.position(NODE);
         master.write_i32(NODE, 0x607D, 1, here - 2000);
         master.write_i32(NODE, 0x607D, 2, here + 2000);
+        enable(&mut master, 8);
         master.run_ms(50);
         assert!(!status_bit(&mut master, 7, 0));
         // The limit moves, not the axis.

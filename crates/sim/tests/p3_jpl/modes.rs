@@ -195,25 +195,33 @@ fn the_trapezoid() {
     assert!((master.position(1) - 31_000).abs() <= 5);
 }
 
-/// "A target that is written after they were chosen": also where both come in one RPDO.
+/// Mode 7 takes a target that is written after it was chosen, also where both come with one SYNC: RPDO 1 is
+/// applied before RPDO 2.
 #[test]
 fn a_mode_forgets_the_target_that_came_before_it() {
     const MODE: [u8; 4] = [8, 0, 0x60, 0x60];
     const TARGET: [u8; 4] = [32, 0, 0x7A, 0x60];
-    for (first, second, moves) in [(TARGET, MODE, false), (MODE, TARGET, true)] {
+    for (first, second, goes_to) in [(TARGET, MODE, 0), (MODE, TARGET, 5000)] {
         let mut master = operational(&[1]);
-        master.write(1, 0x1600, 1, &first);
-        master.write(1, 0x1600, 2, &second);
-        master.write(1, 0x1600, 0, &[2]);
+        for (n, entry) in [(0, first), (1, second)] {
+            master.write(1, 0x1600 + n, 1, &entry);
+            master.write(1, 0x1600 + n, 0, &[1]);
+            master.write(1, 0x1400 + n, 2, &[1]);
+        }
         master.write_i32(1, 0x3F63, 0, 0);
         master.write(1, 0x6060, 0, &[7]);
         master.run_ms(20);
-        let mut data = 5000_i32.to_le_bytes().to_vec();
-        data.insert(if moves { 0 } else { 4 }, 7);
-        master.send(0x201, &data);
+        for (id, entry) in [(0x201, first), (0x301, second)] {
+            match entry {
+                TARGET => master.send(id, &5000_i32.to_le_bytes()),
+                _ => master.send(id, &[7]),
+            }
+        }
+        master.send(0x080, &[]);
         master.run_ms(1000);
+        assert_eq!(master.read(1, 0x607A, 0), 5000);
         let place = master.position(1);
-        assert!((place - if moves { 5000 } else { 0 }).abs() <= 5, "{place}");
+        assert!((place - goes_to).abs() <= 5, "{place}");
     }
 }
 

@@ -80,7 +80,6 @@ fn closed_loop_error_detection() {
             master.run_ms(150);
             assert_ne!(master.state(1), OPERATION_ENABLED, "{detection}: too late");
             assert_eq!(master.emergency_codes(1), [0x8400], "{detection}");
-            assert_eq!(master.read(1, 0x2122, 1) & 4, 4, "{detection}");
         }
     }
 }
@@ -135,7 +134,7 @@ fn battery_current_is_the_power_over_the_voltage() {
     master.run_ms(1500);
     master.drive(1).plant().set_load_torque_nm(0.05);
     master.run_ms(1000);
-    let truth = *master.drive(1).worlds()[0].truth();
+    let truth = master.drive(1).worlds()[0].truth();
     let [a, b, c] = truth.phase_current_a.map(f64::from);
     // 4.83 Ω are between two terminals.
     let heat = (a * a + b * b + c * c) * 4.83 / 2.0;
