@@ -4,13 +4,14 @@
 //! The page's defaults are those of a drive out of the box, without a motor: zeros, which say "not
 //! configured" where they lie outside the range. [`SAMPLE_MOTOR`] is what a drive with the sample motor
 //! has stored. Where the page is silent or contradicts itself, the rows say in a comment what is
-//! built; the numbers M1 to M28 name the decisions, which the drive's page in the documentation lists.
+//! built; the numbers M1 to M31 name the decisions, which the drive's page in the documentation lists.
 
 mod axis;
 mod commissioning;
 mod communication;
 mod internal;
 mod motor;
+mod operation;
 mod own;
 mod sample;
 mod settings;
@@ -115,6 +116,7 @@ pub static MD80: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: WORDS,
+    operation: operation::OPERATION,
     commissioning: commissioning::COMMISSIONING,
     own: OwnKind::Md80,
     serial: None,

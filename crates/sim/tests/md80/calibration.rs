@@ -147,3 +147,63 @@ fn the_current_controllers_gains_are_calibrated_alone() {
     let resistance = real(&mut master, 0x2000, 4);
     assert!((resistance / 0.085 - 1.0).abs() < 0.03, "{resistance}");
 }
+
+/// How a commissioned drive runs: the true speed's deviation from its mean, parts of it (standard
+/// deviation), and the greatest error of the position that it shows, degrees of the motor.
+fn runs(master: &mut Master, direction: f64) -> (f64, f64) {
+    master.write_u16(NODE, 0x2000, 12, 0);
+    ramps(master, 300);
+    enable(master, 3);
+    master.write_i32(NODE, 0x60FF, 0, 40);
+    master.run_ms(500);
+    let mut speeds = Vec::new();
+    let mut errors = Vec::new();
+    // Three turns of the motor.
+    for _ in 0..500 {
+        master.run_ms(1);
+        let truth = plant(master).truth();
+        let shown = master.drive(NODE).core().expect("a drive").feedback();
+        speeds.push(f64::from(truth.speed_rad_s));
+        let shown = f64::from(shown.position) / f64::from(TURN);
+        let turns = direction * truth.position_turns() - shown;
+        errors.push(turns * 360.0);
+    }
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let middle = mean(&speeds);
+    let squares: Vec<f64> = speeds.iter().map(|s| (s / middle - 1.0).powi(2)).collect();
+    let around = mean(&errors);
+    let worst = errors
+        .iter()
+        .map(|error| (error - around).abs())
+        .fold(
+            0.0,
+            |most: f64, error| if error > most { error } else { most },
+        );
+    master.write_u16(NODE, 0x6040, 0, 0);
+    master.run_ms(300);
+    (mean(&squares).sqrt(), worst)
+}
+
+#[test]
+fn a_drive_with_an_eccentric_magnet_runs_better_after_its_calibration() {
+    for reversed in [false, true] {
+        // 100 of 16,384 counts are 2.2 degrees of the motor, and 46 of its electrical turn.
+        let mut master = made(|plant| {
+            plant.encoder.eccentricity_counts = 100.0;
+            plant.encoder.eccentricity_phase_rad = 0.7;
+        });
+        let before = runs(&mut master, 1.0);
+        plant(&mut master).set_encoder_turned(reversed);
+        master.run_ms(50);
+        mode(&mut master, -1);
+        master.log.clear();
+        master.write(NODE, 0x2003, 3, &[1]);
+        assert!(wait_for_boot(&mut master, 20));
+        // It is kept: this is the start after it. What it found is told.
+        assert_eq!(master.read(NODE, 0x2004, 1), 1 << 30);
+        let after = runs(&mut master, if reversed { -1.0 } else { 1.0 });
+        assert!(before.0 > 0.02 && before.1 > 2.0, "{before:?}");
+        assert!(after.0 < 0.1 * before.0, "{before:?} {after:?}");
+        assert!(after.1 < 0.1, "{after:?}");
+    }
+}

@@ -3,6 +3,8 @@
 
 mod bridge;
 mod calibration;
+mod closing;
+mod correction;
 mod direction;
 mod electrical;
 mod fields;
@@ -12,9 +14,11 @@ mod watch;
 
 use can::Frame;
 use canopen::{Abort, Address, Image, NodeId, Reset, Verdict, store};
-use cia402::{Demand, Mode, State};
+use cia402::{Configuration, Demand, Mode, State, Targets};
 
 use self::calibration::{Calibration, Progress};
+use self::closing::Closing;
+use self::correction::Table;
 use self::direction::Direction;
 use self::fields::Fields;
 use self::output::OutputEncoder;
@@ -51,6 +55,9 @@ pub struct Behaviour {
     watch: Watch,
     output: OutputEncoder,
     direction: Direction,
+    closing: Closing,
+    /// By how much the main encoder is off.
+    table: Table,
     /// What calibrates, if something does.
     job: Option<Calibration>,
     /// What is stored is that job's.
@@ -224,6 +231,8 @@ impl OwnBehaviour for Behaviour {
             watch: Watch::new(),
             output: OutputEncoder::new(image),
             direction: Direction::default(),
+            closing: Closing::default(),
+            table: Table::stored(image, &FIELDS.correction),
             job: None,
             job_stores: false,
             demand: None,
@@ -299,9 +308,14 @@ impl OwnBehaviour for Behaviour {
         if let Some(reading) = self.zero.take() {
             image.set_number(FIELDS.zero, i64::from(reading));
             self.output.set_zero(image);
+            self.closing.set_zero();
         }
-        self.output.tick(image, view);
-        self.watch.tick(image, view, &self.output, start);
+        let calibrating = self.job.as_ref().is_some_and(Calibration::is_of_output);
+        self.output.tick(image, view, calibrating);
+        let rests = self.job.is_some() || start != Start::Over;
+        self.closing.tick(image, view, &self.output, rests, orders);
+        let offset = self.closing.offset();
+        self.watch.tick(image, view, &self.output, offset, start);
         self.watch_directions(image, view);
         self.blinks = self.blinks.saturating_sub(1);
         if self.watch.take_silence() {
@@ -322,9 +336,18 @@ impl OwnBehaviour for Behaviour {
     fn publish(&self, image: &mut Image<'_>, view: &AxisView) {
         self.watch.publish(image, view);
         self.output.publish(image);
+        self.closing.publish(image, view, &self.output);
         image.set_raw(FIELDS.motor_temperature, view.motor_temperature_c.to_bits());
         let amplifier = view.amplifier_temperature_c;
         image.set_raw(FIELDS.mosfet_temperature, amplifier.to_bits());
+    }
+
+    #[inline]
+    fn reading(&self, _: u8, raw: i32) -> i32 {
+        match &self.job {
+            Some(job) if job.is_of_main_encoder() => raw,
+            _ => self.table.right(raw),
+        }
     }
 
     fn look_at(&mut self, _: u8, board: &Board) {
@@ -351,6 +374,14 @@ impl OwnBehaviour for Behaviour {
             red,
             ..Lights::WELL
         })
+    }
+
+    fn targets(&self, _: u8, _: &Image<'_>, targets: &mut Targets) {
+        self.closing.targets(targets);
+    }
+
+    fn configuration(&self, _: u8, _: &Image<'_>, configuration: &mut Configuration) {
+        self.closing.configuration(configuration);
     }
 
     fn demand(&self, _: u8) -> Option<&Demand> {

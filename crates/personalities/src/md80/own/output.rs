@@ -4,9 +4,10 @@ use canopen::Image;
 
 use super::FIELDS;
 use super::calibration::{FAULTY_DEGREES, LOW_ACCURACY_DEGREES, Progress};
+use super::correction::{self, Means, Table, rounded};
 use super::turning::{Field, Harmonic, TURN};
 use super::watch::one;
-use crate::md80::internal::COUNTS_PER_TURN;
+use crate::md80::internal::{COUNTS_PER_TURN, PLACES};
 use crate::own::AxisView;
 
 /// Part of the way that the shown velocity goes to a new one each millisecond: 8 Hz.
@@ -20,10 +21,12 @@ const TURN_RAD: f32 = core::f32::consts::TAU;
 pub(super) struct OutputEncoder {
     /// Type and mode are set.
     configured: bool,
-    /// The reading, turns from 0 to 1.
+    /// By how much it is off.
+    table: Table,
+    /// The reading, turns from 0 to 1: corrected, unless it is being calibrated.
     reading: Option<f32>,
-    /// Position since the start, turns.
-    turns: f32,
+    /// Whole turns beside it.
+    whole: i32,
     /// Turns per second.
     velocity: f32,
     /// How far motor and encoder have come since they were last compared.
@@ -43,8 +46,9 @@ impl OutputEncoder {
     pub(super) fn new(image: &Image<'_>) -> OutputEncoder {
         OutputEncoder {
             configured: is_configured(image),
+            table: Table::stored(image, &FIELDS.output_correction),
             reading: None,
-            turns: 0.0,
+            whole: 0,
             velocity: 0.0,
             compared: Compared::default(),
         }
@@ -57,30 +61,44 @@ impl OutputEncoder {
 
     /// Its reading with the direction of the output not yet applied, over many turns.
     pub(super) fn turns(&self) -> Option<f32> {
-        self.reading.map(|_| self.turns)
+        self.reading.map(|reading| self.whole as f32 + reading)
     }
 
-    /// A millisecond more.
-    pub(super) fn tick(&mut self, image: &Image<'_>, view: &AxisView) {
+    /// What a raw reading, turns, is taken for.
+    fn right(&self, image: &Image<'_>, raw: f32, calibrating: bool) -> f32 {
+        match is_in_use(image) && !calibrating {
+            true => self.table.right_turns(raw),
+            false => raw,
+        }
+    }
+
+    /// A millisecond more. While it is being `calibrating`, it is taken as it reads.
+    pub(super) fn tick(&mut self, image: &Image<'_>, view: &AxisView, calibrating: bool) {
         self.configured = is_configured(image);
-        let Some(reading) = view.output_encoder.filter(|_| self.configured) else {
+        let Some(raw) = view.output_encoder.filter(|_| self.configured) else {
             self.reading = None;
             self.velocity = 0.0;
             return;
         };
+        let reading = self.right(image, raw, calibrating);
         match self.reading {
             Some(before) => {
                 let moved = half_turn(reading - before);
-                self.turns += moved;
                 self.compared.by_encoder += moved;
                 self.velocity += VELOCITY_PART * (moved * 1000.0 - self.velocity);
+                let jump = reading - before;
+                if jump > 0.5 {
+                    self.whole = self.whole.wrapping_sub(1);
+                } else if jump < -0.5 {
+                    self.whole = self.whole.wrapping_add(1);
+                }
             }
             // The turn that the position of a start means, too.
             None if is_in_use(image) => {
-                let zero = image.real(FIELDS.output_zero);
-                self.turns = zero + half_turn(reading - zero);
+                let from_zero = reading - image.real(FIELDS.output_zero);
+                self.whole = rounded(half_turn(from_zero) - from_zero) as i32;
             }
-            None => self.turns = reading,
+            None => self.whole = 0,
         }
         self.reading = Some(reading);
     }
@@ -118,7 +136,7 @@ impl OutputEncoder {
         if !is_in_use(image) {
             return None;
         }
-        let reading = view.output_encoder?;
+        let reading = self.right(image, view.output_encoder?, false);
         let gear = image.real(FIELDS.gear);
         if gear <= 0.0 {
             return None;
@@ -130,20 +148,33 @@ impl OutputEncoder {
     /// The present position of the output is 0.
     pub(super) fn set_zero(&mut self, image: &mut Image<'_>) {
         if let (true, Some(reading)) = (is_in_use(image), self.reading) {
-            self.turns = reading;
+            self.whole = 0;
             image.set_raw(FIELDS.output_zero, reading.to_bits());
         }
     }
 
+    /// Position of the output from its zero, turns, if its calibration counts.
+    pub(super) fn position(&self, image: &Image<'_>) -> Option<f64> {
+        let reading = self.reading.filter(|_| is_in_use(image))?;
+        let from_zero = f64::from(reading) - f64::from(image.real(FIELDS.output_zero));
+        let direction = image.number(FIELDS.output_direction) as f64;
+        Some(direction * (f64::from(self.whole) + from_zero))
+    }
+
+    /// Its velocity, turns per second, likewise.
+    pub(super) fn velocity(&self, image: &Image<'_>) -> f32 {
+        image.number(FIELDS.output_direction) as f32 * self.velocity
+    }
+
     /// 0x2005,4 and 5.
     pub(super) fn publish(&self, image: &mut Image<'_>) {
-        let (position, velocity) = match self.reading {
-            Some(_) if is_in_use(image) => {
+        let (position, velocity) = match self.turns() {
+            Some(turns) if is_in_use(image) => {
                 let direction = image.number(FIELDS.output_direction) as f32;
-                let position = turns_from_zero(image, self.turns);
+                let position = turns_from_zero(image, turns);
                 (position * TURN_RAD, direction * self.velocity * TURN_RAD)
             }
-            Some(_) => (self.turns * TURN_RAD, self.velocity * TURN_RAD),
+            Some(turns) => (turns * TURN_RAD, self.velocity * TURN_RAD),
             None => (0.0, 0.0),
         };
         image.set_raw(FIELDS.output_position, position.to_bits());
@@ -160,7 +191,7 @@ pub(super) fn is_calibratable(image: &Image<'_>) -> bool {
 }
 
 /// Whether its calibration counts: there is one, and the mode is one that it is for.
-fn is_in_use(image: &Image<'_>) -> bool {
+pub(super) fn is_in_use(image: &Image<'_>) -> bool {
     is_calibratable(image) && image.number(FIELDS.output_is_calibrated) != 0
 }
 
@@ -213,6 +244,7 @@ pub(super) struct OutputTurning {
     by_encoder: f32,
     /// What the encoder is ahead of the motor, for either direction.
     ahead: [Harmonic; 2],
+    places: [Means; 2],
     most_angle: i64,
 }
 
@@ -243,6 +275,7 @@ impl OutputTurning {
             by_motor: 0.0,
             by_encoder: 0.0,
             ahead: [Harmonic::default(); 2],
+            places: [Means::default(); 2],
             // Two electrical turns more than it takes, a tenth of them for what slips.
             most_angle: ((turns / gear * pole_pairs * 1.1 + 2.0) * TURN as f32) as i64,
         })
@@ -262,6 +295,9 @@ impl OutputTurning {
         self.by_encoder = reading - self.start.1;
         let angle = ((reading - reading as i32 as f32) * TURN as f32) as i64 as i32;
         let [along, against] = &mut self.ahead;
+        along.add(self.by_encoder - self.by_motor, angle);
+        against.add(self.by_encoder + self.by_motor, angle);
+        let [along, against] = &mut self.places;
         along.add(self.by_encoder - self.by_motor, angle);
         against.add(self.by_encoder + self.by_motor, angle);
         let turns = if self.full {
@@ -284,10 +320,11 @@ impl OutputTurning {
         let along = self.by_encoder - self.by_motor;
         let against = self.by_encoder + self.by_motor;
         let [with, opposite] = self.ahead;
-        let (direction, drift, ahead) = if along * along <= against * against {
-            (1.0, along, with)
+        let [places_with, places_opposite] = self.places;
+        let (direction, drift, ahead, places) = if along * along <= against * against {
+            (1.0, along, with, places_with)
         } else {
-            (-1.0, against, opposite)
+            (-1.0, against, opposite, places_opposite)
         };
         if !(-MOST_DRIFT..=MOST_DRIFT).contains(&drift) {
             return None;
@@ -300,7 +337,13 @@ impl OutputTurning {
         if off_degrees > FAULTY_DEGREES {
             return Some(Progress::Failed(one(2, 4) | one(2, 3)));
         }
-        let zero = self.start.1 - direction * self.start.0 + ahead.mean();
+        // A quarter turn tells a direction, and nothing of the table.
+        let (mean, table) = match correction::told(&[places; 2]).filter(|_| self.full) {
+            Some(told) => (told.mean, Table::of_turns(told.deviations)),
+            None => (ahead.mean(), Table::of_turns([0.0; PLACES])),
+        };
+        table.keep(image, &FIELDS.output_correction);
+        let zero = self.start.1 - direction * self.start.0 + mean;
         image.set_raw(FIELDS.output_zero, half_turn(zero).to_bits());
         image.set_number(FIELDS.output_direction, direction as i64);
         let low = off_degrees > LOW_ACCURACY_DEGREES;

@@ -172,12 +172,13 @@ impl Watch {
         self.set |= bits;
     }
 
-    /// A millisecond more.
+    /// A millisecond more; `offset` makes the motor's position the output's, counts of the motor.
     pub(super) fn tick(
         &mut self,
         image: &Image<'_>,
         view: &AxisView,
         output: &OutputEncoder,
+        offset: i32,
         start: Start,
     ) {
         let moves = moves(view);
@@ -185,7 +186,7 @@ impl Watch {
         self.set = self.set & !LEVELS | levels;
         self.set |= self.of_hardware(image, view, output, start);
         if moves {
-            self.set |= of_motion(image, view);
+            self.set |= of_motion(image, view, offset);
             self.set_up_missed |= levels & (SET_UP | one(1, 2)) != 0;
         }
         self.limited |= view.conditions.limited();
@@ -335,7 +336,7 @@ fn in_a_row(ticks: u16, is: bool) -> u16 {
 }
 
 /// Errors and warnings of a mode of motion.
-fn of_motion(image: &Image<'_>, view: &AxisView) -> Bits {
+fn of_motion(image: &Image<'_>, view: &AxisView, offset: i32) -> Bits {
     let mut bits = 0;
     let mut when = |bit: Bits, is: bool| {
         if is {
@@ -344,7 +345,8 @@ fn of_motion(image: &Image<'_>, view: &AxisView) -> Bits {
     };
     let ratio = image.real(FIELDS.gear);
     let gear = if ratio > 0.0 { ratio } else { 1.0 };
-    let position = (f64::from(view.position) * f64::from(gear)) as i64;
+    let position = view.position.wrapping_add(offset);
+    let position = (f64::from(position) * f64::from(gear)) as i64;
     let limits = (
         image.number(FIELDS.least_position),
         image.number(FIELDS.greatest_position),
