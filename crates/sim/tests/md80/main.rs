@@ -12,5 +12,6 @@ mod output_encoder;
 mod rows;
 mod states;
 mod status_words;
+mod thresholds;
 mod transitions;
 mod values;
