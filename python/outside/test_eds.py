@@ -11,6 +11,7 @@ from canopen import objectdictionary as od
 
 import axis
 from dictionary import drives, entries
+from remote import exported
 from simulation import directory, servobus
 
 FIXTURES = Path(__file__).resolve().parents[2] / "crates" / "eds" / "tests" / "fixtures"
@@ -28,9 +29,7 @@ def run(*words: str) -> bytes:
 
 
 def export(drive: str) -> Path:
-    path = directory() / f"{drive}.eds"
-    run(drive, "--output", str(path))
-    return path
+    return Path(exported(drive))
 
 
 def ours(path: Path, node_id: int) -> dict:

@@ -2,7 +2,6 @@
 Its dictionary is the exported EDS."""
 
 import struct
-import subprocess
 import threading
 import time
 
@@ -12,8 +11,10 @@ from canopen.profiles.p402 import BaseNode402
 
 from axis import wait_until
 from conftest import connected
-from simulation import Simulation, directory, servobus
+from remote import Heard, add, refusal
+from simulation import Simulation, directory
 
+DRIVE = "md80"
 TURN = 16384
 SERVICE, IDLE, PROFILE_POSITION, PROFILE_VELOCITY, CYCLIC_POSITION, CYCLIC_VELOCITY = -1, 0, 1, 3, 8, 9
 DEVICE_STATE = 0x08000022
@@ -21,7 +22,7 @@ DEVICE_STATE = 0x08000022
 
 @pytest.fixture(scope="module")
 def drives():
-    running = Simulation("1-2", directory() / "md80.log", drive="md80")
+    running = Simulation("1-2", directory() / "md80.log", drive=DRIVE)
     assert running.ready == "ready: 2 virtual md80 drives, nodes 1-2"
     yield running
     running.stop()
@@ -29,17 +30,9 @@ def drives():
 
 @pytest.fixture(scope="module")
 def out_of_the_box():
-    running = Simulation("1", directory() / "md80-factory.log", "--factory", drive="md80")
+    running = Simulation("1", directory() / "md80-factory.log", "--factory", drive=DRIVE)
     yield running
     running.stop()
-
-
-@pytest.fixture(scope="module")
-def eds():
-    path = directory() / "md80.eds"
-    command = [servobus(), "eds", "md80", "--output", str(path)]
-    subprocess.run(command, check=True, capture_output=True)
-    return str(path)
 
 
 @pytest.fixture
@@ -47,11 +40,9 @@ def network(drives):
     yield from connected(drives.socketcand())
 
 
-def reset(network, eds, kind=canopen.RemoteNode):
+def reset(network, kind=canopen.RemoteNode):
     """Node 1 after a reset; nothing that an earlier test wrote is left."""
-    node = kind(1, canopen.import_od(eds, 1))
-    network.add_node(node)
-    node.sdo.RESPONSE_TIMEOUT = 3
+    node = add(network, DRIVE, kind=kind)
     booted = threading.Event()
     network.subscribe(0x701, lambda _id, data, _stamp: data == b"\0" and booted.set())
     node.nmt.send_command(0x81)
@@ -63,16 +54,10 @@ def reset(network, eds, kind=canopen.RemoteNode):
 
 
 @pytest.fixture
-def node(network, eds):
-    node = reset(network, eds)
+def node(network):
+    node = reset(network)
     yield node
     node.sdo[0x6040].raw = 0
-
-
-def refusal(action) -> int:
-    with pytest.raises(canopen.SdoAbortedError) as refused:
-        action()
-    return refused.value.code
 
 
 def write(entry, value) -> int:
@@ -92,19 +77,11 @@ def enable(node, mode: int) -> None:
 
 def as_the_maker_writes(network, index: int, sub: int, data: bytes) -> bytes:
     """Eight bytes with command 0x22, whatever the object's size; the answer."""
-    answers = []
-    came = threading.Event()
-
-    def heard(_id, answer, _stamp):
-        answers.append(bytes(answer))
-        came.set()
-
-    network.subscribe(0x581, heard)
+    answers = Heard(network, 0x581)
     request = struct.pack("<BHB", 0x22, index, sub) + data.ljust(4, b"\0")
     network.send_message(0x601, request)
-    assert came.wait(3)
-    network.unsubscribe(0x581, heard)
-    return answers[0]
+    assert answers.came.wait(3)
+    return answers.all[0]
 
 
 def test_the_sample_motor_is_set(node):
@@ -182,8 +159,8 @@ def test_the_watchdog_stops_it(node):
     assert node.sdo[0x2004][8].raw == 1 << 30
 
 
-def test_the_402_profile_of_python_canopen(network, eds):
-    node = reset(network, eds, BaseNode402)
+def test_the_402_profile_of_python_canopen(network):
+    node = reset(network, BaseNode402)
     node.TIMEOUT_SWITCH_STATE_FINAL = 5
     node.TIMEOUT_SWITCH_STATE_SINGLE = 3
     node.TIMEOUT_SWITCH_OP_MODE = 3
@@ -199,8 +176,8 @@ def test_the_402_profile_of_python_canopen(network, eds):
     node.state = "SWITCH ON DISABLED"
 
 
-def test_pdos_on_sync(network, eds):
-    node = reset(network, eds)
+def test_pdos_on_sync(network):
+    node = reset(network)
     node.nmt.state = "PRE-OPERATIONAL"
     node.tpdo.read()
     node.rpdo.read()
@@ -218,9 +195,9 @@ def test_pdos_on_sync(network, eds):
         network.sync.stop()
 
 
-def test_a_drive_out_of_the_box_is_calibrated(out_of_the_box, eds):
+def test_a_drive_out_of_the_box_is_calibrated(out_of_the_box):
     for network in connected(out_of_the_box.socketcand()):
-        node = reset(network, eds)
+        node = reset(network)
         settings = node.sdo[0x2000]
         assert [settings[sub].raw for sub in (1, 2, 3, 4, 5)] == [0, 0, 0, 0, 0]
         assert node.sdo[0x2004][3].raw == 1 << 4

@@ -2,8 +2,6 @@
 machine. Its dictionary is the exported EDS."""
 
 import struct
-import subprocess
-import threading
 import time
 
 import canopen
@@ -12,26 +10,20 @@ from canopen.profiles.p402 import BaseNode402
 
 from axis import wait_until
 from conftest import connected
-from simulation import Simulation, directory, servobus
+from remote import Heard, add, refusal
+from simulation import Simulation, directory
 
+DRIVE = "p3-jpl"
 Q16 = 65536
 
 
 @pytest.fixture(scope="module")
 def drives():
     """Two virtual drives."""
-    running = Simulation("1-2", directory() / "p3-jpl.log", drive="p3-jpl")
+    running = Simulation("1-2", directory() / "p3-jpl.log", drive=DRIVE)
     assert running.ready == "ready: 2 virtual p3-jpl drives, nodes 1-2"
     yield running
     running.stop()
-
-
-@pytest.fixture(scope="module")
-def eds():
-    path = directory() / "p3-jpl.eds"
-    command = [servobus(), "eds", "p3-jpl", "--output", str(path)]
-    subprocess.run(command, check=True, capture_output=True)
-    return str(path)
 
 
 @pytest.fixture
@@ -44,73 +36,47 @@ def network(drives):
         network.nmt.send_command(0x81)
 
 
-def add(network, eds, node_id=1, kind=canopen.RemoteNode):
-    node = kind(node_id, canopen.import_od(eds, node_id))
-    network.add_node(node)
-    node.sdo.RESPONSE_TIMEOUT = 3
-    return node
-
-
 @pytest.fixture
-def node(network, eds):
+def node(network):
     """Node 1, operational; idle at the end."""
-    node = add(network, eds)
+    node = add(network, DRIVE)
     network.nmt.send_command(0x01)
     wait_until(lambda: node.nmt.state == "OPERATIONAL", 3, "the first heartbeat")
     yield node
     node.sdo[0x6060].raw = 0
 
 
-def refusal(action) -> int:
-    with pytest.raises(canopen.SdoAbortedError) as refused:
-        action()
-    return refused.value.code
-
-
-class Heard:
-    """What comes on one identifier."""
-
-    def __init__(self, network, identifier):
-        self.frames = []
-        self.came = threading.Event()
-        network.subscribe(identifier, self._take)
-
-    def _take(self, _id, data, _stamp):
-        self.frames.append(bytes(data))
-        self.came.set()
-
-
-def test_nobody_answers_before_the_first_nmt_message(network, eds):
+def test_nobody_answers_before_the_first_nmt_message(network):
     heartbeats = Heard(network, 0x701)
     network.scanner.reset()
     network.scanner.search(10)
-    node = add(network, eds)
+    node = add(network, DRIVE)
     node.sdo.RESPONSE_TIMEOUT = 0.2
     with pytest.raises(canopen.SdoCommunicationError):
         node.sdo[0x1000].raw
     assert network.scanner.nodes == []
-    assert heartbeats.frames == []
+    assert heartbeats.all == []
     # BarrettCAN: the host, 0, reads THERM (20) and CTS (68) of number 1; the answers go to group 6.
     answers = Heard(network, 0x426)
     network.send_message(0x001, [20])
     assert answers.came.wait(3)
-    therm = struct.unpack("<BBh", answers.frames[0])
+    therm = struct.unpack("<BBh", answers.all[0])
     assert therm[:2] == (0x94, 0) and 20 < therm[2] / 256 < 60
     answers.came.clear()
     network.send_message(0x001, [68])
     assert answers.came.wait(3)
-    assert answers.frames[1] == struct.pack("<BBi", 0xC4, 0, 4096)
+    assert answers.all[1] == struct.pack("<BBi", 0xC4, 0, 4096)
     # The message to all ends it: no boot-up, one heartbeat with the state.
     network.nmt.send_command(0x80)
-    wait_until(lambda: heartbeats.frames, 3, "a heartbeat")
+    wait_until(lambda: heartbeats.all, 3, "a heartbeat")
     time.sleep(0.2)
-    assert heartbeats.frames == [b"\x7f"]
+    assert heartbeats.all == [b"\x7f"]
     assert node.sdo[0x1000].raw == 0x20192
     network.scanner.search(10)
     wait_until(lambda: sorted(network.scanner.nodes) == [1, 2], 3, "both nodes")
     network.send_message(0x001, [20])
     time.sleep(0.2)
-    assert len(answers.frames) == 2
+    assert len(answers.all) == 2
 
 
 def test_the_dictionary(node):
@@ -152,12 +118,12 @@ def test_refusals(node):
     assert refusal(write(0x1600, bytes([24, 0, 0x7A, 0x60]), 1)) == 0x06040041
 
 
-def test_a_master_of_cia_402_finds_no_state_machine(network, eds):
+def test_a_master_of_cia_402_finds_no_state_machine(network):
     class Impatient(BaseNode402):
         TIMEOUT_SWITCH_STATE_FINAL = 0.5
         TIMEOUT_SWITCH_STATE_SINGLE = 0.3
 
-    node = add(network, eds, kind=Impatient)
+    node = add(network, DRIVE, kind=Impatient)
     network.nmt.send_command(0x01)
     wait_until(lambda: node.nmt.state == "OPERATIONAL", 3, "the first heartbeat")
     node.tpdo.read()
@@ -193,8 +159,8 @@ def test_a_streamed_position_in_sixteen_bits(network, node):
         shown.came.clear()
         network.sync.transmit()
         assert shown.came.wait(3)
-        assert len(shown.frames[-1]) == 2
-        return struct.unpack("<h", shown.frames[-1])[0]
+        assert len(shown.all[-1]) == 2
+        return struct.unpack("<h", shown.all[-1])[0]
 
     wait_until(lambda: abs(asked() + 2000) <= 4, 5, "there")
     assert node.sdo[0x607A].raw == -2000
@@ -233,7 +199,7 @@ def test_saved_parameters_and_the_default_mode(network, node):
     time.sleep(0.2)
     network.send_message(0x001, [1])
     assert answers.came.wait(3)
-    assert answers.frames[0] == bytes([0x81, 0, 12, 0]), "ROLE"
+    assert answers.all[0] == bytes([0x81, 0, 12, 0]), "ROLE"
     network.nmt.send_command(0x01)
     wait_until(lambda: node.sdo[0x6061].raw == 7, 3, "its default mode")
     node.sdo[0x3F60].raw = 0

@@ -84,9 +84,16 @@ def network(controller):
 
 
 @pytest.fixture
-def node(network):
+def fresh(network):
     """Node 1 after a reset, with the state machine off."""
     return axis.reset(network, lambda node_id: object_dictionary(DRIVE, node_id), 1)
+
+
+@pytest.fixture
+def node(fresh):
+    """The same without the watchdog of commands: these tests wait for longer than a second."""
+    fresh.sdo[0x3008].raw = 0
+    return fresh
 
 
 @pytest.fixture
@@ -94,8 +101,7 @@ def channels(node):
     """All channels with the state machine on, and off again at the end."""
     node.sdo[0x30F1].raw = 1
     all_channels = [Channel(node, number) for number in CHANNELS]
-    for channel in all_channels:
-        wait_until(lambda channel=channel: channel.statusword == 0x0250, 1, "switch on disabled")
+    assert [channel.statusword for channel in all_channels] == [0x0250] * 3
     yield all_channels
     for channel in all_channels:
         channel[0x6040].raw = 0
@@ -172,6 +178,26 @@ def test_velocity_mode_torque_and_open_loop(channels):
     wait_until(lambda: second[0x606C].raw > 500, 5, "a motor that torque speeds up")
     wait_until(lambda: abs(third.sdo[0x2103][3].raw - 860) < 60, 5, "a fifth of the voltage")
     third.sdo[0x2000][3].raw = 0
+
+
+def test_who_commands_must_go_on_commanding(fresh):
+    assert fresh.sdo[0x3008].raw == 1000
+    fresh.sdo[0x30F1].raw = 1
+    first = Channel(fresh, 1)
+    first.mode = PROFILE_VELOCITY
+    first.state = "OPERATION ENABLED"
+    for _ in range(15):
+        first[0x60FF].raw = 300
+        time.sleep(0.1)
+    assert abs(first[0x606C].raw - 300) < 12
+    # Reading it is no command.
+    wait_until(lambda: abs(first[0x606C].raw) < 5, 3, "rest")
+    assert first.state == "OPERATION ENABLED"
+    assert not first.statusword & TARGET_REACHED
+    first[0x60FF].raw = 300
+    wait_until(lambda: abs(first[0x606C].raw - 300) < 12, 1, "speed")
+    first[0x6040].raw = 0
+    fresh.sdo[0x30F1].raw = 0
 
 
 def test_what_the_document_does_not_allow_is_refused(node, channels):

@@ -122,6 +122,8 @@ def plug(drives):
 @pytest.fixture
 def line(plug):
     line = socket_line(plug).quiet()
+    # These tests wait for longer than a second between two commands.
+    line.obey("^RWD 0")
     yield line
     line.send(b"\r# C\r!CW 1 0\r!CW 2 0\r!S 1 0\r!S 2 0\r!G 1 0\r!G 2 0\r^FSA 0\r")
     time.sleep(0.2)
@@ -200,6 +202,20 @@ def test_a_motor_runs_by_the_line_alone(line, network, eds):
     assert line.ask("?SW 2") == f"SW={SWITCH_ON_DISABLED}"
 
 
+def test_a_motor_whose_commands_stop_stops(line):
+    line.obey("^RWD 500", "^FSA 1", "!ROM 1 3", "!CW 1 6", "!CW 1 15")
+    speed = lambda: int(line.ask("?F 1").removeprefix("F="))  # noqa: E731
+    for _ in range(8):
+        line.obey("!S 1 300")
+        time.sleep(0.1)
+    assert abs(speed() - 300) < 15
+    # Queries do not keep it going.
+    wait_until(lambda: abs(speed()) < 10, 3, "standstill")
+    line.obey("!S 1 300")
+    wait_until(lambda: abs(speed() - 300) < 15, 0.5, "300 RPM")
+    line.obey("!CW 1 0")
+
+
 def test_queries_are_repeated_until_they_are_stopped(line):
     line.send(b"# C_?SW 1_?A 1_# 20_")
     answers = [line.line() for _ in range(42)]
@@ -222,10 +238,13 @@ def test_what_makes_no_sense_is_answered_with_a_minus(line):
         assert line.ask(text) == "-", text
     line.send(b"A" * 5000 + b"\r")
     assert line.line() == "-"
-    garbage = bytes(byte for byte in os.urandom(20_000) if byte not in b"\r_")
+    garbage = bytes(byte for byte in os.urandom(20_000) if byte not in b"\r_\x05")
     line.send(garbage + b"\r")
     assert line.line(10) == "-"
     assert line.ask("?VNM 1") == f"VNM={0x40100}"
+    # Is anybody there?
+    line.send(b"\x05?VNM1\r")
+    assert line.line() == f"\x06VNM={0x40100}"
 
 
 def test_who_vanishes_in_the_middle_of_a_line_leaves_nothing_behind(drives, network, eds):
@@ -258,7 +277,7 @@ def test_pyserial_at_the_terminal(terminal, network, eds):
     can = node(network, eds, 2)
     terminal.obey("^MAC 2 5432", "^MMOD 1 1")
     assert terminal.ask("~MAC") == "MAC=20000:5432"
-    terminal.obey("!G 2 200")
+    terminal.obey("^RWD 0", "!G 2 200")
     turns = lambda: int(terminal.ask("?S 2").removeprefix("S="))  # noqa: E731
     wait_until(lambda: turns() > 100, 5, "the motor turns in open loop")
     terminal.obey("!G 2 0", "%EESAV")

@@ -57,7 +57,7 @@ pub struct Dialect {
     /// SDO requests may be as short as their contents (4 to 8 bytes); the standard wants 8 (P1).
     pub short_requests: bool,
     /// An expedited download may be longer than its object, if the bytes that are too many are 0
-    /// (MD80, M19). The standard wants the object's length.
+    /// (M19). The standard wants the object's length.
     pub zero_padded_writes: bool,
     /// How an expedited upload is answered.
     pub upload_reply: UploadReply,

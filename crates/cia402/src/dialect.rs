@@ -22,7 +22,7 @@ pub struct Dialect {
     /// the bit has no meaning (P3 l.149).
     pub halt_bit: bool,
     /// A target position that is written in mode 1 counts at once, as in mode 8: controlword bits 4 to
-    /// 6 and 9 have no meaning, and statusword bit 12 stays 0 (MD80). In the standard it waits for
+    /// 6 and 9 have no meaning, and statusword bit 12 stays 0 (M25). In the standard it waits for
     /// bit 4.
     pub set_points_at_once: bool,
     /// Makers' own modes in which the axis rests, like mode 0.

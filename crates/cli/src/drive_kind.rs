@@ -1,5 +1,6 @@
 //! Which documented drive, by the name on the command line.
 
+use client::decode::DriveWords;
 use personalities::Personality;
 
 use crate::Failure;
@@ -11,6 +12,22 @@ use crate::Failure;
 pub(crate) fn parse(name: &str) -> Result<&'static Personality, String> {
     personalities::by_name(name)
         .ok_or_else(|| format!("there is no such drive; there are: {}", names()))
+}
+
+/// What its document calls things.
+pub(crate) fn words(drive: &Personality) -> DriveWords {
+    DriveWords {
+        table: Some(drive.device.table),
+        modes: drive.words.modes,
+        mode_bits: drive.words.mode_bits,
+        bits: drive.words.bits,
+        errors: drive.words.errors,
+    }
+}
+
+/// The name of a mode of operation in its document.
+pub(crate) fn mode_name(drive: &Personality, mode: i8) -> String {
+    words(drive).mode(mode)
 }
 
 /// A drive that there is with several numbers of motor channels, with so many.

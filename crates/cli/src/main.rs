@@ -7,6 +7,7 @@ mod commands;
 pub(crate) mod demo;
 mod drive_kind;
 mod failure;
+mod identify;
 mod named_drives;
 mod node_list;
 mod object_address;

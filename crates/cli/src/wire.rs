@@ -83,6 +83,11 @@ impl WireLink {
         }
     }
 
+    /// The connection back.
+    pub(crate) fn into_connection(self) -> Connection {
+        self.connection
+    }
+
     fn lost(&self, error: &ConnectionError) -> LinkError {
         let door = self.connection.endpoint().to_string();
         let cause = match error {

@@ -6,11 +6,14 @@ use std::fs;
 
 use support::{Folder, Sim, printed};
 
-/// Node IDs and names that a scan finds.
+/// Node IDs, names, and the drives' names of the commands, that a scan finds.
 fn found(bus: &str) -> Vec<(u64, String)> {
     let text = printed(&["scan", "--json", "--nodes", "1-9", "--bus", bus], 0);
     let nodes: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
-    let name = |node: &serde_json::Value| node["name"].as_str().unwrap().to_owned();
+    let name = |node: &serde_json::Value| {
+        let text = |key: &str| node[key].as_str().unwrap();
+        format!("{}: {}", text("drive"), text("name"))
+    };
     let nodes = nodes.iter();
     nodes
         .map(|node| (node["node"].as_u64().unwrap(), name(node)))
@@ -41,15 +44,15 @@ fn a_scan_names_each_drive_and_a_replay_has_them_again() {
     );
     let bus = sim.bus().to_owned();
     let mut expected = vec![
-        (1, "P3".to_owned()),
-        (2, "P3".to_owned()),
-        (3, "P3 extended".to_owned()),
-        (8, "MD80".to_owned()),
-        (9, "RoboMC".to_owned()),
+        (1, "p3: P3".to_owned()),
+        (2, "p3: P3".to_owned()),
+        (3, "p3-extended: P3 extended".to_owned()),
+        (8, "md80: MD80".to_owned()),
+        (9, "roboteq-3: RoboMC".to_owned()),
     ];
     assert_eq!(found(&bus), expected, "the P3 of 2016 waits in BarrettCAN");
     printed(&["nmt", "start", "7", "--bus", &bus], 0);
-    expected.insert(3, (7, "Puck".to_owned()));
+    expected.insert(3, (7, "p3-jpl: Puck".to_owned()));
     assert_eq!(found(&bus), expected);
     // Each is spoken to with its own dictionary, here under the name that its document has.
     for (node, drive) in [
@@ -171,36 +174,6 @@ fn stores_are_kept_by_kind_and_node() {
     sim.end();
 }
 
-/// What knows the P3s only says so to other drives, before anything is changed.
-#[test]
-fn calibration_and_tuning_tell_other_drives_apart() {
-    let sim = Sim::start(&[
-        "--node",
-        "1=p3-jpl",
-        "--node",
-        "2=md80",
-        "--node",
-        "3=roboteq",
-    ]);
-    let bus = sim.bus().to_owned();
-    printed(&["nmt", "pre-operational", "1", "--bus", &bus], 0);
-    for node in ["1", "2", "3"] {
-        for words in [
-            ["calibrate", "all"],
-            ["tune", "velocity"],
-            ["tune", "position"],
-        ] {
-            let words = [&words[..], &["--node", node, "--yes", "--bus", &bus]].concat();
-            let text = printed(&words, 1);
-            let known = "this drive has no 0x3000,1 (sensed bus voltage): calibration and tuning know the \
-                         drives of the P3's manual of 2019 only";
-            assert!(text.contains(known), "{text}");
-            assert!(text.contains("(no power was applied)"), "{text}");
-        }
-    }
-    sim.end();
-}
-
 /// Every axis of a drive has its signals.
 #[test]
 fn each_axis_is_recorded() {
@@ -244,7 +217,7 @@ fn another_drives_dictionary_is_noticed() {
     assert!(told("p3").contains(hint));
     assert!(!told("md80").contains(hint));
     let words = [
-        "sdo", "write", "--node", "1", "0x2000,1", "21", "--bus", &bus,
+        "sdo", "write", "--node", "1", "0x2000,1", "21", "--drive", "p3", "--bus", &bus,
     ];
     let text = printed(&words, 2);
     assert!(text.contains("say which drive it is (--drive)"), "{text}");

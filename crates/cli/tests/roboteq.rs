@@ -6,7 +6,7 @@ use support::printed;
 
 #[test]
 fn every_transcript_passes() {
-    support::play_all("roboteq", 4);
+    support::play_all("roboteq", 5);
 }
 
 #[test]

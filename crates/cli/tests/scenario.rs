@@ -186,11 +186,48 @@ fn the_list_of_parameters_is_a_scenario() {
         "{checked}"
     );
     let tables = printed(&["scenario", "parameters"], 0);
+    assert!(
+        tables.contains("| `motor_voltage` | V | 48 V; roboteq 24 V |"),
+        "{tables}"
+    );
     for line in list.lines().filter(|line| line.contains(" = ")) {
         let key = line.split(" = ").next().unwrap();
         assert!(tables.contains(&format!("| `{key}` | ")), "{key}");
     }
     assert!(printed(&["scenario", "acts"], 0).contains("| `motor-supply` | "));
+}
+
+/// That of each drive is one, too, with its own motor.
+#[test]
+fn each_drive_has_its_own_list_of_parameters() {
+    let folder = Folder::new();
+    for drive in personalities::ALL {
+        let file = folder.file("all.toml");
+        let words = ["scenario", "parameters", "--drive", drive.name];
+        let list = printed(&[&words[..], &["--toml"]].concat(), 0);
+        fs::write(&file, &list).unwrap();
+        let checked = printed(&["scenario", "check", &file], 0);
+        let expected = format!("drives 1 ({}); seed 1", drive.name);
+        assert!(checked.contains(&expected), "{checked}");
+        let run = |words: &[&str], log: &str| {
+            let log = folder.file(log);
+            let sim = ["sim", "--bus", "none", "--speed", "max", "--for", "300ms"];
+            printed(&[&sim[..], words, &["--record", &log]].concat(), 0);
+            fs::read(log).unwrap()
+        };
+        // It changes nothing.
+        let with = run(&["--scenario", &file], "with.log");
+        let without = run(&["--drive", drive.name, "--nodes", "1"], "without.log");
+        assert!(with == without, "{}", drive.name);
+        let tables = printed(&words, 0);
+        for (name, line) in [
+            ("p3", "| `pole_pairs` | – | 1 |"),
+            ("roboteq-2", "| `pole_pairs` | – | 8 |"),
+            ("md80", "| `pole_pairs` | – | 21 |"),
+        ] {
+            assert!(drive.name != name || tables.contains(line), "{tables}");
+        }
+    }
 }
 
 /// A monitor is told what the scenario does; so is its recording, and another master is not.

@@ -132,6 +132,15 @@ fn what_a_drive_cannot_be_is_refused_with_one_that_can() {
             "error: p3 has no LSS, so a drive without a node ID could never get one; for --nodes \
              unconfigured use --drive p3-extended\n",
         ),
+        (
+            &["--node", "40=md80"],
+            "error: node 40 cannot be md80: its node IDs are 1 to 31; give it one of these, or make \
+             node 40 another drive\n",
+        ),
+        (
+            &["--drive", "md80", "--nodes", "31-32"],
+            "node 32 cannot be",
+        ),
         (&["--nodes", "unconfigured:0"], "a number from 1 to 127"),
         (&["--lose", "1"], "as in 1% or 0.5%"),
         (&["--duplicate", "-1%"], "from 0% to 100%"),

@@ -151,7 +151,10 @@ fn monitor_puts_frames_into_words() {
             .spawn()
             .unwrap()
     };
-    let (plain, json) = (monitor(&[]), monitor(&["--json"]));
+    let (plain, json) = (
+        monitor(&["--drive", "p3"]),
+        monitor(&["--drive", "p3", "--json"]),
+    );
     std::thread::sleep(Duration::from_millis(500));
     for (words, code) in [
         (&["sdo", "write", "--node", "1", "0x6060", "4"][..], 1),

@@ -184,11 +184,11 @@ fn bad_input_is_named_and_ends_with_2() {
             "there is no such type; there are: bool, i8",
         ),
         (
-            "sdo write --node 1 0x6060 300",
+            "sdo write --drive p3 --node 1 0x6060 300",
             "0x6060,0: 300 does not fit INTEGER8",
         ),
         (
-            "sdo write --node 1 0x6060 fast",
+            "sdo write --drive p3 --node 1 0x6060 fast",
             "\"fast\" is not a number of type INTEGER8",
         ),
         (
@@ -196,7 +196,7 @@ fn bad_input_is_named_and_ends_with_2() {
             "the sub-index stands behind the comma already",
         ),
         (
-            "sdo write --node 1 0x7777 4",
+            "sdo write --drive p3 --node 1 0x7777 4",
             "0x7777,0: the dictionary of p3 has no such object",
         ),
         ("calibrate all", "--node <NODE>"),

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use canopen::{Address, DataType, NmtState, NodeId};
 use serde::Serialize;
 
-use crate::sdo::{Answer, Cause, Request, SdoError};
+use crate::sdo::{Answer, Cause, Method, Request, SdoError};
 use crate::{Client, Link, LinkError, RequestForm, Settings, Value, nmt};
 
 /// How a scan goes about.
@@ -75,7 +75,8 @@ fn state_name<S: serde::Serializer>(
 }
 
 impl Found {
-    fn new(node: NodeId) -> Found {
+    /// A node of which nothing is known yet.
+    pub fn new(node: NodeId) -> Found {
         Found {
             node: node.get(),
             state: None,
@@ -147,6 +148,7 @@ impl<L: Link> Client<L> {
             answer_ms: scan.answer_ms,
             attempts: 1,
             form: RequestForm::Standard,
+            method: Method::Auto,
             ..usual
         };
         let mut identified = Ok(());

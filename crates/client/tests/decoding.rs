@@ -6,7 +6,7 @@ use canopen::{Instant, NodeId};
 use client::decode::{Decoder, Meaning};
 use personalities::p3::P3;
 use proptest::prelude::*;
-use support::frame;
+use support::{frame, words_of};
 
 fn words(decoder: &mut Decoder, text: &str) -> String {
     decoder
@@ -182,7 +182,7 @@ const DIALOGUE: &[(&str, &str)] = &[
 
 #[test]
 fn a_dialogue_is_put_into_words() {
-    let mut decoder = Decoder::with_table(P3.device.table);
+    let mut decoder = Decoder::with_words(words_of(&P3));
     for (text, meaning) in DIALOGUE {
         assert_eq!(words(&mut decoder, text), *meaning, "{text}");
     }
@@ -206,8 +206,26 @@ fn without_a_dictionary_the_standards_names_serve() {
 }
 
 #[test]
+fn further_axes_have_the_standards_names_too() {
+    let mut decoder = Decoder::new();
+    assert_eq!(
+        words(&mut decoder, "581#4F61700003000000"),
+        "node 1 answers 0x7061,0 Modes of operation display = 0x03: profile velocity"
+    );
+    assert_eq!(
+        words(&mut decoder, "581#4B41700037120000"),
+        "node 1 answers 0x7041,0 Statusword = 0x1237: operation enabled, voltage, remote, speed is \
+         zero"
+    );
+    assert_eq!(
+        words(&mut decoder, "581#43FFA00001000000"),
+        "node 1 answers 0xA0FF,0 = 01 00 00 00"
+    );
+}
+
+#[test]
 fn pdo_mappings_are_learned_from_acknowledged_writes_only() {
-    let mut decoder = Decoder::with_table(P3.device.table);
+    let mut decoder = Decoder::with_words(words_of(&P3));
     assert_eq!(
         words(&mut decoder, "181#01020304"),
         "node 1 TPDO1, mapping unknown"
@@ -248,7 +266,7 @@ fn pdo_mappings_are_learned_from_acknowledged_writes_only() {
 
 #[test]
 fn a_moved_cob_id_is_followed_for_every_node_that_listens() {
-    let mut decoder = Decoder::with_table(P3.device.table);
+    let mut decoder = Decoder::with_words(words_of(&P3));
     for node in [1, 2] {
         for (data, answer) in [
             ("2200140110020000", "6000140100000000"),
@@ -273,7 +291,7 @@ fn a_moved_cob_id_is_followed_for_every_node_that_listens() {
 
 #[test]
 fn the_structure_is_for_programs() {
-    let mut decoder = Decoder::with_table(P3.device.table);
+    let mut decoder = Decoder::with_words(words_of(&P3));
     let decoded = decoder.decode(Instant(1_500_000), &frame("581#4241600031000000"));
     let json = serde_json::to_value(&decoded).unwrap();
     assert_eq!(
@@ -321,11 +339,11 @@ fn remote_frames_and_29_bits_are_told_apart() {
 /// One bus, each drive in the words of its own document.
 #[test]
 fn each_drive_of_a_mixed_bus_has_its_own_words() {
-    let mut decoder = Decoder::with_table(P3.device.table);
+    let mut decoder = Decoder::with_words(words_of(&P3));
     for (node, name) in [(3, "p3-jpl"), (4, "md80"), (5, "roboteq-3")] {
         let drive = personalities::by_name(name).unwrap();
         let node = NodeId::new(node).unwrap();
-        decoder.set_drive(node, drive.device.table, drive.mode_names());
+        decoder.set_drive(node, words_of(drive));
     }
     for (sent, expected) in [
         (
@@ -362,6 +380,47 @@ fn each_drive_of_a_mixed_bus_has_its_own_words() {
             "585#4B41680037020000",
             "node 5 answers 0x6841,0 Status word (SW) = 0x0237: operation enabled, voltage, remote",
         ),
+        // Each axis has a mode of its own, here two relative ones, whose bits are those of mode 1.
+        (
+            "585#4F616800FF000000",
+            "node 5 answers 0x6861,0 Modes of operation display (AOM) = 0xFF: position relative",
+        ),
+        (
+            "585#4B41680037160000",
+            "node 5 answers 0x6841,0 Status word (SW) = 0x1637: operation enabled, voltage, remote, \
+             target reached, set-point acknowledge",
+        ),
+        (
+            "605#2B4068001F000000",
+            "write node 5 0x6840,0 Control word (CW) = 0x001F: enable operation, new set-point",
+        ),
+        (
+            "585#4B41600037120000",
+            "node 5 answers 0x6041,0 Status word (SW) = 0x1237: operation enabled, voltage, remote, \
+             bit 12",
+        ),
+        // Bits and error codes have the names of each document.
+        (
+            "584#4304200301000000",
+            "node 4 answers 0x2004,3 Calibration Status = 0x00000001: calibration: offset",
+        ),
+        (
+            "585#4B12210012000000",
+            "node 5 answers 0x2112,0 Fault flags (FF) = 0x0012: over-voltage, emergency stop",
+        ),
+        (
+            "085#0090810000000000",
+            "node 5 emergency 0x9000: emergency stop; error register 0x81: generic, manufacturer",
+        ),
+        (
+            "081#0090810000000000",
+            "node 1 emergency 0x9000: external error: safe torque off; error register 0x81: generic, \
+             motion",
+        ),
+        (
+            "084#0573010000000000",
+            "node 4 emergency 0x7305: main encoder; error register 0x01: generic",
+        ),
         // The names outlive a reset.
         ("000#8100", "NMT: reset node, all nodes"),
         (
@@ -381,8 +440,8 @@ proptest! {
     fn no_traffic_makes_the_decoder_panic(
         frames in prop::collection::vec((0u16..0x800, any::<[u8; 8]>(), 0u8..=8, any::<bool>()), 1..200)
     ) {
-        let mut decoder = Decoder::with_table(P3.device.table);
-        decoder.set_drive(NodeId::new(2).unwrap(), P3.device.table, &[]);
+        let mut decoder = Decoder::with_words(words_of(&P3));
+        decoder.set_drive(NodeId::new(2).unwrap(), words_of(&P3));
         for (id, mut data, length, about_pdos) in frames {
             let id = if about_pdos {
                 // Writes and answers about PDO parameters of node 1.

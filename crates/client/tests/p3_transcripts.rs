@@ -9,7 +9,7 @@ use canopen::NodeId;
 use client::block_on;
 use client::transcript::{Options, Transcript, play};
 use personalities::p3::P3;
-use support::Nodes;
+use support::{Nodes, words_of};
 
 fn files() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../transcripts/p3");
@@ -36,7 +36,7 @@ fn every_transcript_passes() {
         );
         let nodes: Vec<NodeId> = transcript.header().nodes.clone();
         let options = Options {
-            table: Some(P3.device.table),
+            drive: words_of(&P3),
             ..Options::default()
         };
         let report = block_on(play(&transcript, &mut Nodes::new(&nodes), &options));

@@ -4,12 +4,12 @@ mod support;
 
 use client::block_on;
 use client::transcript::{FailureKind, Options, Report, Transcript, WithoutPhysics, play};
-use support::Scripted;
+use support::{Scripted, words_of};
 
 fn run(text: &str, mut link: Scripted) -> (Report, Scripted) {
     let transcript = Transcript::parse("t.txt", text).unwrap_or_else(|error| panic!("{error}"));
     let options = Options {
-        table: Some(personalities::p3::P3.device.table),
+        drive: words_of(&personalities::p3::P3),
         ..Options::default()
     };
     let report = block_on(play(&transcript, &mut link, &options));

@@ -1,5 +1,6 @@
 //! Every mistake in a transcript gets one message with its place and a remedy.
 
+use canopen::NodeId;
 use client::transcript::{Transcript, TranscriptError};
 use proptest::prelude::*;
 
@@ -191,6 +192,31 @@ const MISTAKES: &[(&str, usize, usize, &str, &str)] = &[
     ("nodes 1 200", 1, 9, "\"200\" is not a node ID", "1 to 127"),
     ("nodes", 1, 6, "\"\" is not a node ID", "1 to 127"),
     ("drive", 1, 6, "no drive", "drive p3"),
+    ("nodes 1 2 1", 1, 11, "node 1 is there already", "once"),
+    (
+        "nodes 1\nnode 1 = p3",
+        2,
+        6,
+        "node 1 is there already",
+        "once",
+    ),
+    ("node 2", 1, 7, "it does not say which drive", "node 2 = p3"),
+    (
+        "node 2 md80",
+        1,
+        8,
+        "it does not say which drive",
+        "node 2 = p3",
+    ),
+    (
+        "node 2 =",
+        1,
+        8,
+        "it does not say which drive",
+        "node 2 = p3",
+    ),
+    ("node = p3", 1, 6, "\"=\"", "127"),
+    ("node 2 = md80 p3", 1, 15, "too much", "remove"),
     (
         "assert node 1 position 100 counts",
         1,
@@ -333,6 +359,7 @@ const PIECES: &[&str] = &[
     "in any order",
     "assert node 1 ",
     "nodes ",
+    "node ",
     "drive",
     "limit",
     "silence",
@@ -372,4 +399,21 @@ proptest! {
             prop_assert!(!error.remedy.is_empty());
         }
     }
+}
+
+#[test]
+fn a_head_names_one_kind_of_drives_or_several() {
+    let drives = |text: &str| {
+        let transcript = Transcript::parse("t", text).unwrap();
+        let header = transcript.header();
+        let of = |node: &NodeId| format!("{node} {}", header.drive_of(*node).unwrap_or("-"));
+        header.nodes.iter().map(of).collect::<Vec<_>>().join(", ")
+    };
+    assert_eq!(drives("drive p3\nnodes 1 2"), "1 p3, 2 p3");
+    assert_eq!(drives("node 1 = p3\nNODE 4 = md80  # x"), "1 p3, 4 md80");
+    assert_eq!(
+        drives("node 2 = md80\nnodes 1 3\ndrive p3"),
+        "2 md80, 1 p3, 3 p3"
+    );
+    assert_eq!(drives("nodes 1"), "1 -");
 }

@@ -68,7 +68,7 @@ pub type Made<M, O = (), B = OneAxis> = (
 #[derive(Clone, Debug)]
 pub struct Comms<M, O = (), B: Body = OneAxis> {
     node: Node<M>,
-    application: Application<O, B>,
+    pub(crate) application: Application<O, B>,
     reset: Option<Reset>,
     /// Ticks until the node starts over with another program; 0: it does not.
     restart_in: u8,

@@ -7,6 +7,7 @@ use control::capture::Captures;
 use control::io::{Duty, Sample, Scales, Signals};
 use control::{Cascade, Command, Feedback};
 use personalities::Personality;
+use personalities::board::{Board, Lights};
 use personalities::own::OwnBehaviour;
 
 use crate::body::{Body, List, OneAxis};
@@ -149,8 +150,12 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         sample: &Sample<f32>,
         signals: &Signals,
     ) -> Duty<f32> {
+        let sample = Sample {
+            encoder: self.comms.reading(axis, sample.encoder),
+            ..*sample
+        };
         match self.axes.as_mut().get_mut(axis) {
-            Some(part) => part.period(sample, signals),
+            Some(part) => part.period(&sample, signals),
             None => Duty {
                 phase: [0.5; 3],
                 enabled: false,
@@ -173,6 +178,17 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         let before = state(self);
         let duty = self.axis_period(axis, sample, signals);
         (duty, before == state(self))
+    }
+
+    /// What parts of the board say that the loops of an axis do not ask; before [`Drive::poll`], or not at
+    /// all if its own behaviour has no use for it.
+    pub fn look_at(&mut self, axis: usize, board: &Board) {
+        self.comms.look_at(axis, board);
+    }
+
+    /// What the lights of its board do, if it has any.
+    pub fn lights(&self) -> Option<Lights> {
+        self.comms.lights()
     }
 
     /// What the drive asks of its host.

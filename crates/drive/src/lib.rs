@@ -22,6 +22,7 @@
 
 mod application;
 mod axis_part;
+mod board;
 mod body;
 mod captures;
 mod command;

@@ -107,11 +107,53 @@ pub enum Cause {
     RpdoTimeout,
     /// Safe torque off has taken the torque away.
     TorqueOff,
-    /// One of the drive's own: a bit of [`crate::own::OwnBehaviour::causes`], 0 to 31.
+    /// One of the drive's own: a bit of [`crate::own::OwnBehaviour::causes`], 0 to 31, and a place in
+    /// [`crate::Personality::own_causes`].
     Own(u8),
 }
 
 impl Cause {
+    /// What it is called. A drive's own have their names in [`crate::Personality::own_causes`].
+    pub const fn name(self) -> Option<&'static str> {
+        Some(match self {
+            Cause::WatchdogReset => "watchdog reset",
+            Cause::ParameterError => "parameter error",
+            Cause::EncoderFeedback => "encoder feedback",
+            Cause::MagnetDistance => "magnet distance",
+            Cause::CurrentLimit => "current limit",
+            Cause::ShortCircuit => "short circuit",
+            Cause::BusOverVoltage => "bus over-voltage",
+            Cause::BusUnderVoltage => "bus under-voltage",
+            Cause::AmplifierTemperature => "amplifier temperature",
+            Cause::MotorTemperature => "motor temperature",
+            Cause::CanOverrun => "CAN overrun",
+            Cause::SyncLoss => "SYNC loss",
+            Cause::BusOffRecovered => "bus-off recovered",
+            Cause::MotorPhasing => "motor phasing",
+            Cause::PositiveLimitSwitch => "positive limit switch",
+            Cause::NegativeLimitSwitch => "negative limit switch",
+            Cause::HomeSwitch => "home switch",
+            Cause::PositiveSoftStop => "positive soft stop",
+            Cause::NegativeSoftStop => "negative soft stop",
+            Cause::PositionWrapped => "position wrapped",
+            Cause::VelocityTrackingWarning => "velocity tracking warning",
+            Cause::VelocityTrackingFault => "velocity tracking fault",
+            Cause::VelocityLimit => "velocity limit",
+            Cause::AccelerationLimit => "acceleration limit",
+            Cause::PositionTrackingWarning => "position tracking warning",
+            Cause::Homing => "homing",
+            Cause::PositionTrackingFault => "position tracking fault",
+            Cause::ErrorPassive => "error passive",
+            Cause::HeartbeatLost => "heartbeat lost",
+            Cause::PdoTooShort => "PDO too short",
+            Cause::PdoTooLong => "PDO too long",
+            Cause::SyncLength => "SYNC length",
+            Cause::RpdoTimeout => "RPDO time-out",
+            Cause::TorqueOff => "safe torque off",
+            Cause::Own(_) => return None,
+        })
+    }
+
     /// Whether the motor can still be controlled: only then is there a reaction to a fault other
     /// than to free the motor (0x605E). With an unknown rotor, a bridge or winding that is broken
     /// or a supply into which nothing more can be fed back there is none.

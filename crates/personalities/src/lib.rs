@@ -14,10 +14,13 @@
     )
 )]
 
+pub mod board;
 pub mod class;
+pub mod commissioning;
 mod faults;
 pub mod md80;
 mod objects;
+pub mod operation;
 pub mod own;
 pub mod p3;
 pub mod p3_extended;
@@ -26,6 +29,7 @@ mod pdo_rows;
 mod personality;
 pub mod roboteq;
 pub mod serial;
+mod words;
 
 pub use faults::{Cause, ErrorRules, FaultRow, Kind, MOST_FAULTS, States, SupplyRules, Switch};
 pub use objects::{
@@ -37,3 +41,4 @@ pub use objects::{
 pub use personality::{
     ALL, AxisPersonality, HostObjects, NodeIdObject, Personality, Setting, by_name,
 };
+pub use words::Words;

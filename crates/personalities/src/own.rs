@@ -4,6 +4,7 @@ use can::Frame;
 use canopen::{Address, Image, NmtState, NodeId, Reset, Verdict, store};
 use cia402::{Conditions, Configuration, Demand, Mode, State, Targets};
 
+use crate::board::{Board, Lights};
 use crate::{Personality, md80, p3_jpl, roboteq};
 
 /// What a drive's own behaviour sees of an axis.
@@ -187,6 +188,24 @@ pub trait OwnBehaviour: core::fmt::Debug {
         false
     }
 
+    /// What the parts of the board say that no loop asks, before each tick.
+    fn look_at(&mut self, axis: u8, board: &Board) {
+        let _ = (axis, board);
+    }
+
+    /// What the encoder's reading `raw`, counts of a turn, is taken for: corrects what is known to be
+    /// wrong with it. Once per control period.
+    #[inline]
+    fn reading(&self, axis: u8, raw: i32) -> i32 {
+        let _ = axis;
+        raw
+    }
+
+    /// What the lights of its board do, if it has any.
+    fn lights(&self) -> Option<Lights> {
+        None
+    }
+
     /// A demand that takes the place of the axis's, as long as there is one.
     fn demand(&self, axis: u8) -> Option<&Demand> {
         let _ = axis;
@@ -345,6 +364,23 @@ impl OwnBehaviour for AnyOwn {
 
     fn axis_causes(&self, axis: u8) -> u32 {
         self.inner().axis_causes(axis)
+    }
+
+    fn look_at(&mut self, axis: u8, board: &Board) {
+        self.inner_mut().look_at(axis, board);
+    }
+
+    // Once per control period: only the one that corrects anything is asked.
+    #[inline]
+    fn reading(&self, axis: u8, raw: i32) -> i32 {
+        match self {
+            AnyOwn::Md80(md80) => md80.reading(axis, raw),
+            _ => raw,
+        }
+    }
+
+    fn lights(&self) -> Option<Lights> {
+        self.inner().lights()
     }
 
     fn demand(&self, axis: u8) -> Option<&Demand> {

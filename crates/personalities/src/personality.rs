@@ -1,10 +1,14 @@
 //! One documented drive.
 
+use core::ops::RangeInclusive;
+
+use crate::commissioning::Commissioning;
+use crate::operation::Operation;
 use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
-    AmplifierObjects, AxisObjects, ErrorRules, FaultRow, InputObjects, MotorObjects, SupplyRules,
-    md80, p3, p3_extended, p3_jpl, roboteq,
+    AmplifierObjects, AxisObjects, Cause, ErrorRules, FaultRow, InputObjects, MotorObjects,
+    SupplyRules, Words, md80, p3, p3_extended, p3_jpl, roboteq,
 };
 
 /// Everything by which one drive differs from another. Constant data.
@@ -24,6 +28,9 @@ pub struct Personality {
     pub axes: &'static [AxisPersonality],
     /// The errors it announces.
     pub faults: &'static [FaultRow],
+    /// What its document calls the causes of errors that only it has ([`crate::Cause::Own`]), by their
+    /// numbers.
+    pub own_causes: &'static [&'static str],
     /// How it shows them.
     pub errors: ErrorRules,
     /// What it expects of its motor supply.
@@ -40,6 +47,12 @@ pub struct Personality {
     pub stores_single_entry: Option<canopen::Address>,
     /// The object that switches the bus's terminating resistor, if there is one.
     pub termination: Option<canopen::Handle<u8>>,
+    /// What its document calls things.
+    pub words: Words,
+    /// How a master moves it.
+    pub operation: Operation,
+    /// How it and its motor are brought together.
+    pub commissioning: Commissioning,
     /// What only this drive does.
     pub own: OwnKind,
     /// Its serial command line, if it has one.
@@ -72,6 +85,21 @@ pub struct NodeIdObject {
 }
 
 impl Personality {
+    /// The node IDs that it can have: those that the object of its node ID takes, else CiA 301's.
+    pub fn node_ids(&self) -> RangeInclusive<u8> {
+        let own = self.node_id.and_then(|object| {
+            let table = self.device.table;
+            let address = object.address;
+            let entry = table.find(address.index, address.sub).ok()?;
+            table.row(&entry)
+        });
+        let bound = |value: Option<i64>, usual| match value.map(u8::try_from) {
+            Some(Ok(value)) => value.clamp(1, 127),
+            _ => usual,
+        };
+        bound(own.and_then(|row| row.minimum), 1)..=bound(own.and_then(|row| row.maximum), 127)
+    }
+
     /// Whether a master may choose this mode (0x6060): one of CiA 402's, or of the drive's own list.
     pub const fn offers(&self, mode: i8) -> bool {
         match self.own {
@@ -81,13 +109,11 @@ impl Personality {
         }
     }
 
-    /// What its document calls those of its modes that CiA 402 has under another name, or not at all.
-    pub const fn mode_names(&self) -> &'static [(i8, &'static str)] {
-        match self.own {
-            OwnKind::P3Jpl => p3_jpl::MODE_NAMES,
-            OwnKind::Md80 => md80::MODE_NAMES,
-            OwnKind::Roboteq => roboteq::MODE_NAMES,
-            OwnKind::Nothing => &[],
+    /// What a cause of errors is called; `None` for a number that is none of its own.
+    pub fn cause_name(&self, cause: Cause) -> Option<&'static str> {
+        match cause {
+            Cause::Own(number) => self.own_causes.get(usize::from(number)).copied(),
+            cause => cause.name(),
         }
     }
 }

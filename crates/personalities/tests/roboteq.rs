@@ -126,10 +126,17 @@ fn what_a_serial_line_configures_is_kept() {
         .filter(|row| row.group == Group::Application)
         .map(|row| row.address)
         .collect();
-    // FSA and three limits, and ten things for each channel.
-    assert_eq!(stored.len(), 4 + 3 * 10);
+    // FSA, RWD and three limits, and ten things for each channel.
+    assert_eq!(stored.len(), 5 + 3 * 10);
     assert!(stored.iter().all(|address| address.index >> 12 == 3));
     assert_eq!(row(&ROBOTEQ, 0x30F1, 0).default, Default::Value(0));
+    // The maker's user manual V1.8: 0 to 65,000 ms, at first 1,000.
+    let watchdog = row(&ROBOTEQ, 0x3008, 0);
+    assert_eq!(watchdog.default, Default::Value(1000));
+    assert_eq!(
+        (watchdog.minimum, watchdog.maximum),
+        (Some(0), Some(65_000))
+    );
 }
 
 /// Table 1.

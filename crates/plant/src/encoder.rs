@@ -4,6 +4,7 @@ use control::io::Magnet;
 use control::{Mask as _, Real, sin_cos};
 
 use crate::Invalid;
+use crate::magnet::{BEST_MM, LEAST, WEAK, WEAK_NOISE_PART, field_at, magnet_of};
 use crate::noise::Draws;
 
 /// The absolute encoder: a magnet on the rotor's end, glued on at any angle.
@@ -90,29 +91,6 @@ pub enum EncoderFault {
     BadParity,
 }
 
-/// Distance of the magnet, mm, at which its field is 1.
-const BEST_MM: f32 = 1.0;
-/// Depth of the magnet's dipole behind its face, mm: about that of a cylinder 6 mm wide and 2.5 high.
-const DEPTH_MM: f32 = 2.5;
-/// Below this field the encoder warns, and its noise grows by more than the field falls.
-const WEAK: f32 = 0.5;
-/// Above this field the encoder warns.
-const STRONG: f32 = 2.0;
-/// Below this field the encoder finds no angle and says so instead.
-const LEAST: f32 = 0.15;
-/// Counts of noise per turn that a field of half of [`WEAK`] adds.
-const WEAK_NOISE_PART: f32 = 1.0 / 1024.0;
-
-/// Field of the magnet at the sensor, as a part of the field at the best distance: a dipole's,
-/// ((2.5 mm + 1 mm)/(2.5 mm + distance))³. Below ½ (1.91 mm) the magnet is too weak, above 2
-/// (0.28 mm) too strong; below 0.15 (4.09 mm) no angle is found. Figures of ours, in the manner of
-/// a magnetic encoder's sheet (about 70 mT at best, 35 mT at least).
-pub fn field_at(distance_mm: f32) -> f32 {
-    let distance = if distance_mm > 0.0 { distance_mm } else { 0.0 };
-    let ratio = (DEPTH_MM + BEST_MM) / (DEPTH_MM + distance);
-    ratio * ratio * ratio
-}
-
 /// The encoder at work. A batch shares its faults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reader<R: Real> {
@@ -120,6 +98,7 @@ pub(crate) struct Reader<R: Real> {
     counts_per_turn: R::Count,
     zero: R::Count,
     direction: R::Count,
+    turned: bool,
     /// Any of the effects below; without, a reading is a rounding.
     effects: bool,
     eccentricity: R,
@@ -153,6 +132,7 @@ impl<R: Real> Reader<R> {
             counts_per_turn: R::count(counts as i32),
             zero: R::count((encoder.zero_counts % counts) as i32),
             direction: R::count(if encoder.reversed { -1 } else { 1 }),
+            turned: false,
             effects: false,
             eccentricity: R::splat(encoder.eccentricity_counts).sane(),
             eccentricity_phase: R::count(angle_count(phase)),
@@ -192,19 +172,24 @@ impl<R: Real> Reader<R> {
         self.look_for_effects();
     }
 
+    /// Whether a turn of N counts reads N less what it was.
+    pub(crate) fn set_turned(&mut self, turned: bool) {
+        if turned != self.turned {
+            self.turned = turned;
+            let zero = R::count_sub(self.counts_per_turn, self.zero);
+            let whole = self.counts.le(R::of_count(zero));
+            self.zero = R::count_select(whole, R::count(0), zero);
+            self.direction = R::count_sub(R::count(0), self.direction);
+        }
+    }
+
     /// Turns the magnet on the shaft, in the shaft's positive direction.
     pub(crate) fn slip(&mut self, angle: R::Count) {
         self.slip = R::count_add(self.slip, angle);
     }
 
     pub(crate) fn magnet(&self) -> Magnet {
-        if self.field < WEAK {
-            Magnet::TooWeak
-        } else if self.field > STRONG {
-            Magnet::TooStrong
-        } else {
-            Magnet::Good
-        }
+        magnet_of(self.field)
     }
 
     fn look_for_effects(&mut self) {
@@ -346,6 +331,24 @@ mod tests {
                         "{angle} {error}"
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn turned_it_reads_a_turn_less_what_it_was() {
+        for (zero, reversed) in [(0, false), (0, true), (0x0DF8, false), (1, true)] {
+            let mut sensors = with_encoder(Encoder {
+                reversed,
+                ..Encoder::ideal(4096, zero)
+            });
+            for step in 0..1000_u32 {
+                // Clear of halves, which are rounded away from the direction.
+                let angle = (step.wrapping_mul(4_294_967) | 1 << 10) as i32;
+                sensors.reader().set_turned(false);
+                let before = reading(&sensors, angle);
+                sensors.reader().set_turned(true);
+                assert_eq!(reading(&sensors, angle), (4096 - before) % 4096);
             }
         }
     }

@@ -111,27 +111,27 @@ pub const EC_MAX_22_283860: Motor = Motor {
 ///
 /// | figure | value | source |
 /// |---|---|---|
-/// | continuous torque and current | 55.3 mNm, 1.01 A | maxon catalogue, EC 45 flat 30 W |
-/// | with the rotor held at 24 V | 253 mNm, 4.97 A | the same |
-/// | without load at 24 V | 4,380 rpm, 73 mA | the same |
-/// | terminal resistance | 4.83 Ω | 24 V / 4.97 A |
-/// | torque constant (block) | 50.9 mNm/A | 253 mNm / 4.97 A |
-/// | terminal inductance | 2.24 mH | 0.56 mH of the 12 V winding (200142), four times for twice the turns |
-/// | rotor inertia | 92.5 g cm² | the 12 V winding's sheet |
-/// | pole pairs | 8 | the family's sheet |
+/// | terminal resistance | 4.83 Ω | maxon catalogue, edition May 2012, p. 193, EC 45 flat 30 W, line 10 |
+/// | terminal inductance | 2.24 mH | line 11 |
+/// | torque constant (block) | 51.0 mNm/A | line 12; the speed constant, 187 rpm/V, says the same |
+/// | rotor inertia | 92.5 g cm² | line 16 |
+/// | without load at 24 V | 4,380 rpm, 73 mA | lines 2 and 3 |
+/// | continuous torque and current | 55.3 mNm, 1.01 A | lines 5 and 6 |
+/// | with the rotor held at 24 V | 4.97 A | line 8: 24 V / 4.83 Ω |
+/// | pole pairs | 8 | line 29 |
 ///
-/// Friction: 73 mA · 50.9 mNm/A = 3.72 mNm at 4,380 rpm, of which 2 mNm are taken for Coulomb friction
+/// Friction: 73 mA · 51.0 mNm/A = 3.72 mNm at 4,380 rpm, of which 2 mNm are taken for Coulomb friction
 /// and the rest for viscous. The iron-cored winding cogs; no figure of it is published, and there is
 /// none here.
 pub const EC_45_FLAT_339281: Motor = Motor {
     pole_pairs: 8,
     phase_resistance_ohm: 4.83 / 2.0,
     phase_inductance_h: 2.24e-3 / 2.0,
-    flux_wb: Motor::flux_of_block_torque_constant_wb(50.9e-3, 8),
+    flux_wb: Motor::flux_of_block_torque_constant_wb(51.0e-3, 8),
     rotor_inertia_kgm2: 92.5e-7,
     coulomb_friction_nm: 2e-3,
     static_friction_nm: 2e-3,
-    viscous_friction_nms: (0.073 * 50.9e-3 - 2e-3) / (4_380.0 * core::f64::consts::TAU / 60.0),
+    viscous_friction_nms: (0.073 * 51.0e-3 - 2e-3) / (4_380.0 * core::f64::consts::TAU / 60.0),
     cogging: Cogging::NONE,
     wires_swapped: false,
 };

@@ -1,6 +1,9 @@
 //! An encoder on the output of a gear, beside the one on the rotor.
 
+use control::io::Magnet;
+
 use crate::Invalid;
+use crate::magnet::{BEST_MM, LEAST, field_at, magnet_of};
 
 /// A second absolute encoder, on the output: it turns `gear` times for one turn of the load's shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +20,8 @@ pub struct OutputEncoder {
     pub eccentricity_turns: f64,
     /// Its cable is off.
     pub silent: bool,
+    /// Distance of its magnet from the sensor, mm; see [`crate::field_at`].
+    pub magnet_mm: f32,
 }
 
 impl OutputEncoder {
@@ -29,11 +34,26 @@ impl OutputEncoder {
             reversed: false,
             eccentricity_turns: 0.0,
             silent: false,
+            magnet_mm: BEST_MM,
+        }
+    }
+
+    /// The same, counting the other way round (its direction bit): it reads a turn less.
+    pub(crate) fn turned(self) -> OutputEncoder {
+        OutputEncoder {
+            zero_turns: -self.zero_turns,
+            reversed: !self.reversed,
+            ..self
         }
     }
 
     pub(crate) fn check(&self) -> Result<(), Invalid> {
-        for value in [self.gear, self.zero_turns, self.eccentricity_turns] {
+        for value in [
+            self.gear,
+            self.zero_turns,
+            self.eccentricity_turns,
+            self.magnet_mm.into(),
+        ] {
             if !value.is_finite() {
                 return Err(Invalid::OutputEncoder(value));
             }
@@ -44,9 +64,14 @@ impl OutputEncoder {
         }
     }
 
+    /// What it says of its magnet, if it answers.
+    pub(crate) fn magnet(&self) -> Option<Magnet> {
+        (!self.silent).then_some(magnet_of(field_at(self.magnet_mm)))
+    }
+
     /// The reading at `way` of the shaft, 2³² per turn: turns from 0 to below 1.
     pub(crate) fn reading(&self, way: i64) -> Option<f32> {
-        if self.silent {
+        if self.silent || field_at(self.magnet_mm) < LEAST {
             return None;
         }
         let output = way as f64 / 4_294_967_296.0 * self.gear;
@@ -75,6 +100,7 @@ fn angle(turns: f64) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::OutputEncoder;
+    use control::io::Magnet;
 
     const TURN: i64 = 1 << 32;
 
@@ -95,6 +121,40 @@ mod tests {
         let quarter = back.reading(9 * TURN / 4).unwrap();
         // A hair below a whole turn is 0, too.
         assert!(!(1.0 / 16_384.0..=0.9999).contains(&quarter), "{quarter}");
+    }
+
+    #[test]
+    fn turned_it_counts_back() {
+        let encoder = OutputEncoder {
+            zero_turns: 0.25,
+            ..OutputEncoder::ideal(1.0)
+        }
+        .turned();
+        assert_eq!(encoder.reading(0), Some(0.75));
+        assert_eq!(encoder.reading(TURN / 4), Some(0.5));
+    }
+
+    #[test]
+    fn its_magnet_has_a_best_distance() {
+        let at = |magnet_mm| OutputEncoder {
+            magnet_mm,
+            ..OutputEncoder::ideal(1.0)
+        };
+        for (distance, magnet) in [
+            (1.0, Magnet::Good),
+            (0.2, Magnet::TooStrong),
+            (2.5, Magnet::TooWeak),
+            (5.0, Magnet::TooWeak),
+        ] {
+            assert_eq!(at(distance).magnet(), Some(magnet), "{distance}");
+            // Too far for any angle.
+            assert_eq!(at(distance).reading(0).is_none(), distance > 4.1);
+        }
+        let silent = OutputEncoder {
+            silent: true,
+            ..at(5.0)
+        };
+        assert_eq!(silent.magnet(), None);
     }
 
     #[test]

@@ -2,11 +2,13 @@
 
 mod acts;
 mod run;
+mod shared;
 
-use control::io::{Duty, Sample, Signals};
+use control::io::{Duty, Magnet, Sample, Signals};
 use control::{Mask, Real, sin_cos};
 
 use crate::diodes::{self, Pulled};
+use crate::gate_driver::{GateDriver, GateDriverWords};
 use crate::load::angle_and_turns;
 use crate::switches::Board;
 use crate::thermal::{Heat, Periods};
@@ -50,7 +52,12 @@ pub struct Plant<R: Real> {
     /// The gate drivers have opened the bridge, until it is commanded off.
     tripped: R::Mask,
     overcurrent_square: R,
+    gate_driver: GateDriver,
+    /// The encoder on the output counts the other way round.
+    output_turned: bool,
     bridge_current: R,
+    /// What the bridge takes is added up with that of other axes: see [`Plant::step_axes`].
+    leaves_supply: bool,
     electrical_turns: R::Count,
     heat: Heat<R>,
     current: Vector<R>,
@@ -148,7 +155,10 @@ impl<R: Real> Plant<R> {
             timer_dead_time_s: 0.0,
             tripped: R::Mask::splat(false),
             overcurrent_square: overcurrent_square(parameters),
+            gate_driver: GateDriver::sound(),
+            output_turned: false,
             bridge_current: R::splat(0.0),
+            leaves_supply: false,
             electrical_turns: R::count(motor.electrical_turns().into()),
             heat: Heat::new(R::splat(parameters.ambient_c)),
             current: Vector::zero(),
@@ -175,10 +185,11 @@ impl<R: Real> Plant<R> {
 
     /// Commands a duty at a control boundary. It takes effect
     /// [`Parameters::load_delay_periods`] later, opening the bridge at once. Any value is safe: see
-    /// [`Inverter::load`]. Without logic supply the bridge opens. Switching it off ends a trip of
-    /// the gate drivers.
+    /// [`Inverter::load`]. Without logic supply, or with gate drivers that cannot drive, the bridge
+    /// opens. Switching it off ends a trip of the gate drivers.
     pub fn load(&mut self, duty: &Duty<R>) {
-        let enabled = duty.enabled & R::Mask::splat(self.logic_powered());
+        let enabled =
+            duty.enabled & R::Mask::splat(self.logic_powered() && self.gate_driver.drives());
         self.inverter.load(&Duty { enabled, ..*duty });
         self.tripped = self.tripped & enabled;
         self.sensors.advance();
@@ -296,7 +307,9 @@ impl<R: Real> Plant<R> {
             let taken = taken_a * a + taken_b * b + taken_c * c;
             let by_diodes = taken / R::select(zero.lt(full), full, R::splat(1.0));
             self.bridge_current = by_switches - by_diodes + short_circuit;
-            self.supply.end_period(self.bridge_current);
+            if !self.leaves_supply {
+                self.supply.end_period(self.bridge_current);
+            }
         }
         if self.sensors.is_filtered() {
             self.sensors.follow(self.current);
@@ -461,5 +474,15 @@ impl Plant<f32> {
                 .output_encoder
                 .and_then(|encoder| encoder.reading(way)),
         }
+    }
+
+    /// What the gate drivers say over their own wires.
+    pub fn gate_driver(&self) -> GateDriverWords {
+        self.gate_driver.words(self.tripped)
+    }
+
+    /// What the encoder on the output says of its magnet, if one is there and answers.
+    pub fn output_magnet(&self) -> Option<Magnet> {
+        self.parameters.output_encoder?.magnet()
     }
 }

@@ -186,6 +186,14 @@ impl<R: Real> Supply<R> {
         }
     }
 
+    /// Becomes the same supply as another one, as a bridge with diodes of its own sees it.
+    pub(crate) fn follow(&mut self, other: &Self) {
+        *self = Self {
+            diode_drops: self.diode_drops,
+            ..*other
+        };
+    }
+
     /// Whether the bus is what it is set to, whatever flows.
     #[inline(always)]
     pub fn is_ideal(&self) -> bool {

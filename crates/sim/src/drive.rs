@@ -1,5 +1,6 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
+mod board;
 mod repeating;
 mod settings;
 mod starting_over;
@@ -10,6 +11,7 @@ use control::io::Duty;
 use control::{Feedback, Real as _};
 use drive::{Drive, Health, PwmTiming};
 use personalities::Personality;
+use personalities::board::Lights;
 use personalities::own::AnyOwn;
 use plant::{Parameters, Plant};
 
@@ -90,6 +92,8 @@ pub struct VirtualDrive {
     /// What `control_at` leaves out: this over the PWM frequency, ns. So no rounding adds up.
     control_rest: u64,
     extremes: Extremes,
+    /// What its lights did when they were last told of.
+    lights: Lights,
 }
 
 impl VirtualDrive {
@@ -131,6 +135,7 @@ impl VirtualDrive {
             control_at: Instant::ZERO,
             control_rest: 0,
             extremes: Extremes::default(),
+            lights: Lights::WELL,
         }
     }
 
@@ -170,7 +175,7 @@ impl VirtualDrive {
         &mut self.plants[0]
     }
 
-    /// The worlds of all axes, to act upon and to look at.
+    /// The worlds of all axes, to act upon and to look at. They have one supply, that of the first.
     pub fn plants(&mut self) -> &mut [Plant<f32>] {
         &mut self.plants
     }
@@ -222,25 +227,31 @@ impl VirtualDrive {
     /// One control boundary: the loops see the sensors, then the world moves one control period.
     pub(crate) fn control(&mut self) {
         self.command();
-        for plant in &mut self.plants {
-            plant.run(u32::from(self.timing.periods_per_control));
-        }
+        self.move_on();
     }
 
     /// Control boundaries of two drives at one instant.
     pub(crate) fn control_both(&mut self, other: &mut VirtualDrive) {
         self.command();
         other.command();
-        let periods = u32::from(self.timing.periods_per_control);
-        match (&mut self.plants[..], &mut other.plants[..]) {
-            ([one], [another]) if periods == u32::from(other.timing.periods_per_control) => {
-                one.run_both(another, periods);
+        let periods = self.timing.periods_per_control;
+        match (self.plants.as_mut_slice(), other.plants.as_mut_slice()) {
+            ([one], [another]) if periods == other.timing.periods_per_control => {
+                one.run_both(another, u32::from(periods));
             }
-            (plants, others) => {
-                plants.iter_mut().for_each(|plant| plant.run(periods));
-                let periods = u32::from(other.timing.periods_per_control);
-                others.iter_mut().for_each(|plant| plant.run(periods));
+            _ => {
+                self.move_on();
+                other.move_on();
             }
+        }
+    }
+
+    /// The world moves one control period.
+    fn move_on(&mut self) {
+        let periods = self.timing.periods_per_control;
+        match self.plants.as_mut_slice() {
+            [plant] => plant.run(u32::from(periods)),
+            axes => (0..periods).for_each(|_| Plant::step_axes(axes)),
         }
     }
 
@@ -397,10 +408,16 @@ impl VirtualDrive {
                 Instant::NEVER
             };
         }
-        if let Some(core) = &mut self.core
-            && now >= core.next_deadline()
+        if self
+            .core
+            .as_ref()
+            .is_some_and(|core| now >= core.next_deadline())
         {
-            core.poll(now, self.store.at(now));
+            self.look_at_board();
+            if let Some(core) = &mut self.core {
+                core.poll(now, self.store.at(now));
+            }
+            self.watch_lights(notice);
         }
         self.store.work(now);
         if let Some((request, at)) = self.storing

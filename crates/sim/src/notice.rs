@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use can::BitRate;
 use canopen::{Instant, NodeId, store::Damage};
 use drive::ParameterError;
+use personalities::board::Lights;
 
 use crate::error_frame::ErrorSeen;
 use crate::medium::{ErrorCounters, Traffic};
@@ -54,6 +55,8 @@ pub enum NoticeKind {
     BusOff,
     /// It is back from bus-off.
     BusOn,
+    /// The lights of its board do something else than before.
+    Lights(Lights),
     /// The scenario has done this.
     Scenario(String),
     /// It has started with a bit rate that is not the one of the bus.
@@ -128,6 +131,7 @@ impl std::fmt::Display for Notice {
             NoticeKind::Scenario(words) => {
                 write!(f, "{:.6} scenario: {words}", self.at.seconds())
             }
+            NoticeKind::Lights(lights) => write!(f, "{lights}"),
             NoticeKind::StoreDamaged { damage, kept } => {
                 write!(f, "the stored parameters are damaged ({damage})")?;
                 write_kept(f, kept)?;

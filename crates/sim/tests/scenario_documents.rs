@@ -15,7 +15,7 @@ fn the_document_is_that_of_the_tables() {
     let mut differs = false;
     for (name, tables) in [
         ("acts", acts_document()),
-        ("parameters", parameters_document()),
+        ("parameters", parameters_document(None)),
     ] {
         let (begin, end) = (
             format!("<!-- begin {name} -->\n"),

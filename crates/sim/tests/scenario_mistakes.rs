@@ -135,6 +135,7 @@ const MISTAKES: &[Case] = &[
     ("[[event]]\nat = \"1 s\"\ndo = \"short-circuit\"\ndrive = 1\nbetween = \"A-D\"", &["5:11 'A-D' is nothing that 'between' can be"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"open-phase\"\ndrive = 1\nphase = \"a\"", &["5:9 'a' is nothing that 'phase' can be"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"slip-magnet\"\ndrive = 1\nby = \"1 turn\"", &["5:6 1 turns is out of range"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"gate-supply\"\ndrive = 2\nto = \"8 Hz\"", &["5:6 'Hz' is no unit of a voltage"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"move-magnet\"\ndrive = 1\nto = \"3 V\"", &["5:6 'V' is no unit of a length"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"bad-encoder-answers\"\ndrive = 1\nshare = \"120 %\"", &["5:9 120 % is out of range"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"press-switch\"\ndrive = 1\nswitch = \"limit\"", &["5:10 'limit' is nothing that 'switch' can be"]),
@@ -144,6 +145,7 @@ const MISTAKES: &[Case] = &[
     ("[[event]]\nname = \"a\\nb\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
     ("[[event]]\nname = \"\\u0085\"\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:8 a name has no line breaks or other control characters"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"disconnect\"\ndrive = \"outside\"\n[[event]]\nat = \"1 s\"\ndo = \"connect\"\ndrive = \"outside\"\n", &["6:6 event 1 (line 1) sets the connection at the same time to something else"]),
+    ("[drive.1.axis.2.supply]\nmotor_voltage = \"20 V\"", &["2:17 supply.motor_voltage is that of all axes"]),
     ("[drive.1.motor]\nphase_resistance = \"none\"", &["2:20 'none' is not a resistance"]),
 ];
 
@@ -154,6 +156,7 @@ const NOT_THERE: &[Case] = &[
     ("[[event]]\nat = \"1 s\"\ndo = \"block-shaft\"\ndrive = 4", &["4:9 there is no drive 4 on this bus"]),
     ("[[event]]\nwhen = { drive = 5, state = \"fault\" }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:18 there is no drive 5 on this bus"]),
     ("[[event]]\nwhen = { frame = { from = 6 } }\ndo = \"block-shaft\"\ndrive = 1\n", &["2:27 there is no drive 6 on this bus"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"cut-motor-supply\"\ndrive = 1\naxis = 1\n", &["5:8 all axes of a drive have one supply"]),
     ("[[event]]\nat = \"30 s\"\ndo = \"block-shaft\"\ndrive = 1\n", &["2:6 this never happens: the run ends at 10 s"]),
     ("[drive.1.stored]\n\"0x1234\" = 1", &["2:12 p3 has no object 0x1234"]),
     ("[drive.1.stored]\n\"0x6041\" = 1", &["2:12 0x6041 cannot be stored"]),
@@ -166,6 +169,7 @@ const NOT_THERE: &[Case] = &[
     ("[drive.1.inverter]\ndead_time = \"5 us\"", &["2:13 no drive can be like this: the dead time must be below a tenth of the PWM period"]),
     ("[drive.1.switches]\nhome_from = \"2 turns\"\nhome_to = \"1 turn\"", &["3:11 no drive can be like this: the home switch must begin before it ends"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"press-switch\"\ndrive = 2\nswitch = \"home\"", &["4:9 drive 2 does not have this switch"]),
+    ("[[event]]\nat = \"1 s\"\ndo = \"reverse-output-encoder\"\ndrive = 2", &["4:9 drive 2 has no encoder on its output"]),
     ("[drive.all.switches]\nnegative_limit = \"-1 turn\"\n[[event]]\nat = \"1 s\"\ndo = \"set-input\"\ndrive = 2\ninput = \"negative-limit\"\nlevel = \"high\"", &["6:9 a switch is connected to this input of drive 2"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"lose-frames\"\ndrive = 3\nframes = {}", &["4:9 there is no drive 3 on this bus"]),
     ("[[event]]\nat = \"1 s\"\ndo = \"flip-bit\"\nframes = { from = 9 }\nbit = 1\nseen_by = 8", &["4:19 there is no drive 9 on this bus", "6:11 there is no drive 8 on this bus"]),

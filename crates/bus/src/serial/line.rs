@@ -29,6 +29,8 @@ struct State {
     incoming: usize,
     outgoing: VecDeque<u8>,
     connected: bool,
+    /// How many have gone whose going was not taken yet: what is answered until then is for them.
+    leaving: usize,
 }
 
 impl Line {
@@ -39,7 +41,11 @@ impl Line {
     pub(super) fn take(&self, room: usize) -> Option<SerialEvent> {
         let state = &mut *self.state();
         let Some(SerialEvent::Bytes(bytes)) = state.events.front_mut() else {
-            return state.events.pop_front();
+            let event = state.events.pop_front();
+            if event == Some(SerialEvent::HungUp) {
+                state.leaving = state.leaving.saturating_sub(1);
+            }
+            return event;
         };
         if room == 0 {
             return None;
@@ -59,7 +65,7 @@ impl Line {
 
     pub(super) fn send(&self, bytes: &[u8]) {
         let state = &mut *self.state();
-        if state.connected {
+        if state.connected && state.leaving == 0 {
             let room = OUTGOING.saturating_sub(state.outgoing.len());
             state.outgoing.extend(bytes.iter().take(room));
             self.sends.notify_one();
@@ -80,6 +86,7 @@ impl Line {
         if std::mem::take(&mut state.connected) {
             state.outgoing.clear();
             state.events.push_back(SerialEvent::HungUp);
+            state.leaving += 1;
         }
     }
 
@@ -141,6 +148,27 @@ mod tests {
         assert_eq!(line.take(0), Some(SerialEvent::HungUp));
         assert_eq!(line.take(99), None);
         assert_eq!(line.state().incoming, 0);
+    }
+
+    #[test]
+    fn who_comes_hears_nothing_of_what_who_has_gone_asked() {
+        let line = Line::default();
+        line.connect();
+        line.came(b"?SPL\r?SPL\r");
+        line.hang_up();
+        line.connect();
+        line.came(b"?F\r");
+        assert_eq!(line.take(0), Some(SerialEvent::Connected));
+        assert!(matches!(line.take(5), Some(SerialEvent::Bytes(_))));
+        line.send(b"SPL=0:1000\r");
+        assert!(matches!(line.take(99), Some(SerialEvent::Bytes(_))));
+        line.send(b"SPL=0:1000\r");
+        assert!(line.state().outgoing.is_empty());
+        assert_eq!(line.take(0), Some(SerialEvent::HungUp));
+        assert_eq!(line.take(0), Some(SerialEvent::Connected));
+        assert!(matches!(line.take(99), Some(SerialEvent::Bytes(_))));
+        line.send(b"F=0\r");
+        assert_eq!(line.state().outgoing, *b"F=0\r");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! `servobus calibrate`: brings a drive and a new motor together.
 
+mod own;
+
 use std::process::ExitCode;
 
 use client::Link;
@@ -10,7 +12,10 @@ use serde::Serialize;
 use super::motor::Common;
 use crate::Failure;
 
-/// Calibrate a P3 to its motor: current sensors, electrical zero, phase order, encoder lag.
+/// Calibrate a drive to its motor.
+///
+/// A P3 step by step: current sensors, electrical zero, phase order, encoder lag. An MD80 does it by itself,
+/// which `own` begins and follows. Which drive it is, the node says.
 ///
 /// The motor gets power and turns. Supply, temperature and limits are checked before. Whatever ends a
 /// calibration early takes the power away and gives every object its old value again: Ctrl-C, a
@@ -19,6 +24,7 @@ use crate::Failure;
 #[command(after_help = "\
 Examples:
   servobus calibrate all --node 1                 in the right order; asks before it saves
+  servobus calibrate own --node 2                 the drive's own (MD80)
   servobus calibrate current-sensor --node 1 --yes
   servobus calibrate electrical-zero --node 1 --dry-run
   servobus calibrate electrical-zero --node 1 --method stall --yes    as the manual prints it
@@ -37,7 +43,21 @@ enum What {
     ElectricalZero(ElectricalZeroArguments),
     PhaseOrder(PhaseOrderArguments),
     EncoderLag(EncoderLagArguments),
+    Own(own::OwnArguments),
     All(AllArguments),
+}
+
+impl What {
+    fn common(&self) -> &Common {
+        match self {
+            What::CurrentSensor(arguments) => &arguments.common,
+            What::ElectricalZero(arguments) => &arguments.common,
+            What::PhaseOrder(arguments) => &arguments.common,
+            What::EncoderLag(arguments) => &arguments.common,
+            What::Own(arguments) => &arguments.common,
+            What::All(arguments) => &arguments.common,
+        }
+    }
 }
 
 /// Find what the current sensors read without current (0x3009). The motor gets no power.
@@ -90,7 +110,8 @@ struct EncoderLagArguments {
     common: Common,
 }
 
-/// All of them in the right order: current-sensor, electrical-zero with phase-order, encoder-lag.
+/// All of them in the right order: current-sensor, electrical-zero with phase-order, encoder-lag; or the
+/// drive's own calibration.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -188,8 +209,31 @@ impl Found {
 /// Exit code 2 if the bus cannot be reached or nobody can be asked, 1 if the calibration did not
 /// succeed.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let common = arguments.what.common();
+    common.can_ask()?;
+    let drive = common.drive()?;
+    let offers = drive.and_then(|drive| Some((drive, drive.commissioning.calibrating?)));
+    match (&arguments.what, offers) {
+        (What::Own(arguments), _) => return own::run(arguments, drive).map(|()| ExitCode::SUCCESS),
+        (What::All(_), Some((drive, _))) => {
+            return own::run_named(common, drive, None, &[]).map(|()| ExitCode::SUCCESS);
+        }
+        (_, Some((drive, offers))) => {
+            let node = common.node;
+            let how = match drive.commissioning.calibrations.is_empty() {
+                true => String::new(),
+                false => format!(", with servobus calibrate own --node {node}"),
+            };
+            return Err(Failure::unsuccessful(format!(
+                "node {node} is a {}: {offers}{how}",
+                drive.name
+            )));
+        }
+        (_, None) => {}
+    }
     let (mut found, mut lines) = (Found::default(), Vec::new());
     match &arguments.what {
+        What::Own(_) => Ok(()),
         What::CurrentSensor(CurrentSensorArguments { common }) => common.run(async |session| {
             let result = session.calibrate_current_sensor().await?;
             found.sensor(&mut lines, &result);

@@ -17,7 +17,8 @@ Examples:
   servobus drives --json > drives.json
 
 All of it is read from the drives' own tables, so what is printed is what a virtual drive does. A \"-\" says
-that the drive does not have it. Behind a limit stands its default.")]
+that the drive does not have it. Behind the object of a limit or threshold stands what a virtual drive has
+there at its first start; 0 is none.")]
 pub(crate) struct Arguments {
     /// Which drives. [default: all; in tables, of those that differ in their channels only one]
     #[arg(value_name = "DRIVE", value_parser = drive_kind::parse)]

@@ -5,38 +5,48 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant as RealTime};
 
+use bus::Connection;
 use bus::recording::{Content, Direction, Recorder};
-use canopen::Instant;
+use canopen::{Instant, NodeId};
+use client::Client;
 use client::decode::Decoder;
+use client::scan::Scan;
 use personalities::Personality;
 use tokio::time::timeout;
 
 use super::stop::Stop;
 use crate::named_drives::{self, NamedDrives};
-use crate::wire::{WireArguments, tell_reports};
-use crate::{Failure, drive_kind, output, record_file, time_span};
+use crate::wire::{WireArguments, WireLink, tell_reports};
+use crate::{Failure, drive_kind, identify, output, record_file, time_span};
 
 /// Print the frames of a bus and what they mean, until Ctrl-C or for some time.
 ///
 /// Down to the bits of controlword and statusword, abort codes and emergencies. The contents of
-/// PDOs are known from when their mapping passes by. What a simulation's scenario does stands between
+/// PDOs are known from when their mapping passes by. Names and units are those of --drive, --ask or
+/// --node, else the standard's. What a simulation's scenario does stands between
 /// the frames, in lines that begin with `#`. Times are seconds on the bus's own clock if it
 /// has one, else since the connection.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  servobus monitor
+  servobus monitor                                    sends nothing; the standard's names
+  servobus monitor --ask                              asks the nodes first which drives they are
   servobus monitor --for 10s --json > trace.jsonl     one JSON object on each line
   servobus monitor --bus socketcan://can0 --record bench.pcapng
+  servobus monitor --drive p3                         all are this drive
   servobus monitor --node 1-2=p3 --node 3=md80        a bus with different drives
   servobus monitor --bus slcan://127.0.0.1:29537 | grep emergency")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     wire: WireArguments,
-    /// Whose dictionary gives names and types; `servobus od NAME` lists it.
-    #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
-    drive: &'static Personality,
-    /// Of these nodes another one, as in 4=md80; may be given several times.
+    /// Whose dictionary gives names, types and units; `servobus od NAME` lists it [default: the
+    /// standard's, without units]
+    #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
+    drive: Option<&'static Personality>,
+    /// Ask every node first which drive it is, by SDO: not beside a master that is at work.
+    #[arg(long)]
+    ask: bool,
+    /// Which drive is at these nodes, as in 4=md80; may be given several times.
     #[arg(long, value_name = "ID=NAME", allow_hyphen_values = true)]
     node: Vec<NamedDrives>,
     /// End after this (real) time, as in 10s, 500ms or 2m.
@@ -66,11 +76,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             Some(path) => Some(Log::create(path, connection.endpoint().channel())?),
             None => None,
         };
-        let drive = arguments.drive;
-        let mut decoder =
-            Decoder::with_table(drive.device.table).with_mode_names(drive.mode_names());
-        for (node, drive) in &named {
-            decoder.set_drive(*node, drive.device.table, drive.mode_names());
+        let mut drives = Vec::new();
+        if arguments.ask {
+            (connection, drives) = who_is_there(connection).await?;
+        }
+        let words = arguments.drive.map(drive_kind::words).unwrap_or_default();
+        let mut decoder = Decoder::with_words(words);
+        for (node, drive) in drives.iter().chain(&named) {
+            decoder.set_drive(*node, drive_kind::words(drive));
         }
         let began = RealTime::now();
         connection
@@ -126,6 +139,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
         Ok(ExitCode::SUCCESS)
     })
+}
+
+/// Asks every node which drive it is. What passes meanwhile is not shown.
+///
+/// # Errors
+/// The bus was lost.
+async fn who_is_there(
+    connection: Connection,
+) -> Result<(Connection, Vec<(NodeId, &'static Personality)>), Failure> {
+    let mut client = Client::new(WireLink::new(connection));
+    let mut drives = Vec::new();
+    let scanned = client.scan(&Scan::default()).await;
+    for found in scanned.map_err(Failure::unsuccessful)? {
+        let drive = identify::found(&mut client, &found).await;
+        let drive = drive.map_err(Failure::unsuccessful)?;
+        match (NodeId::new(found.node), drive) {
+            (Some(node), Some(drive)) => drives.push((node, drive)),
+            _ => output::tell(format_args!(
+                "node {} is no drive that is known here; it has the standard's names",
+                found.node
+            )),
+        }
+    }
+    Ok((client.into_link().into_connection(), drives))
 }
 
 /// How often what was recorded is written to the file.

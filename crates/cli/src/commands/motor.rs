@@ -2,23 +2,24 @@
 //! end.
 
 mod display;
+pub(super) mod question;
 mod table;
 
-use std::fmt::Display as Shown;
-use std::io::{self, IsTerminal, Write};
-use std::sync::mpsc::{self, TryRecvError};
-use std::thread;
+use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use canopen::NodeId;
 use client::session::{Change, ProcedureError, SaveError, Session, Watch};
-use client::{Client, Link, LinkError};
+use client::{Client, Link};
+use personalities::Personality;
 use serde::Serialize;
 
 use super::stop::Stop;
+use crate::identify::{self, Identity};
 use crate::wire::{WireArguments, WireLink};
 use crate::{Failure, output, time_span};
 
+use self::question::NoAnswer;
 pub(super) use display::Display;
 pub(super) use table::ChangeRow;
 
@@ -27,21 +28,21 @@ pub(super) use table::ChangeRow;
 pub(super) struct Common {
     /// The node ID, 1 to 127.
     #[arg(long, value_parser = super::sdo::parse_node)]
-    node: NodeId,
+    pub(super) node: NodeId,
     /// Save the results without asking.
     #[arg(long, conflicts_with = "dry_run")]
-    yes: bool,
+    pub(super) yes: bool,
     /// Show the results and save nothing.
     #[arg(long)]
-    dry_run: bool,
+    pub(super) dry_run: bool,
     /// Print JSON.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// How long to wait for each answer.
     #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = time_span::parse)]
-    timeout: Duration,
+    pub(super) timeout: Duration,
     #[command(flatten)]
-    wire: WireArguments,
+    pub(super) wire: WireArguments,
 }
 
 /// What a procedure leaves behind, for programs.
@@ -60,44 +61,38 @@ enum Wish {
     Discard,
 }
 
-/// Why the user could not be asked, or has not answered.
-#[derive(Debug)]
-enum NoAnswer {
-    /// By Ctrl-C or a signal.
-    Stopped,
-    /// The results could not be shown.
-    Output(Failure),
-    /// The answer could not be read.
-    Input(io::Error),
-    /// The bus was lost meanwhile.
-    Link(LinkError),
-}
-
-impl NoAnswer {
-    /// With what has become of the results.
-    fn failure(self, node: NodeId, end: impl Shown) -> Failure {
-        let tell = |why: &dyn Shown| format!("node {node}: {why}; {end}");
-        match self {
-            NoAnswer::Stopped => Failure::unsuccessful(tell(&"stopped")),
-            NoAnswer::Output(Failure::ReaderGone) => {
-                Failure::unsuccessful(tell(&"nobody reads the results"))
-            }
-            NoAnswer::Output(Failure::Unsuccessful(why)) => Failure::unsuccessful(tell(&why)),
-            NoAnswer::Output(Failure::Input(why)) => Failure::input(tell(&why)),
-            NoAnswer::Input(error) => {
-                Failure::input(tell(&format_args!("cannot read the answer: {error}")))
-            }
-            NoAnswer::Link(error) => Failure::unsuccessful(tell(&error)),
-        }
-    }
-}
-
-/// How often a question that waits looks for the answer and for Ctrl-C, ms.
-const LOOK_MS: u64 = 20;
 /// What is told when results are given up.
 const NOT_SAVED: &str = "not saved, the old values are back";
 
 impl Common {
+    /// Whether there is somebody to ask, or nobody need be.
+    ///
+    /// # Errors
+    /// There is nobody.
+    pub(super) fn can_ask(&self) -> Result<(), Failure> {
+        let asks = !self.yes && !self.dry_run;
+        match asks && !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
+            true => Err(Failure::input(
+                "nobody can be asked whether to save; add --yes to save or --dry-run to look only",
+            )),
+            false => Ok(()),
+        }
+    }
+
+    /// The drive that the node says it is, if it is known.
+    ///
+    /// # Errors
+    /// Exit code 2 if the bus cannot be reached, 1 if it is lost.
+    pub(super) fn drive(&self) -> Result<Option<&'static Personality>, Failure> {
+        let identity = self.wire.run(async |connection| {
+            let mut client = Client::new(WireLink::new(connection));
+            client.settings.answer_ms = time_span::milliseconds(self.timeout);
+            let identity = identify::node(&mut client, self.node).await;
+            identity.map_err(Failure::unsuccessful)
+        });
+        identity.map(Identity::drive)
+    }
+
     /// Runs `work` on the drive, shows what it found, and saves that if the user wants it.
     ///
     /// # Errors
@@ -109,12 +104,7 @@ impl Common {
             &mut Session<'_, WireLink, Display>,
         ) -> Result<(R, Vec<String>), ProcedureError>,
     ) -> Result<(), Failure> {
-        let asks = !self.yes && !self.dry_run;
-        if asks && !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
-            return Err(Failure::input(
-                "nobody can be asked whether to save; add --yes to save or --dry-run to look only",
-            ));
-        }
+        self.can_ask()?;
         let stop = Stop::watch()?;
         self.wire.run(async |connection| {
             let mut client = Client::new(WireLink::new(connection));
@@ -192,46 +182,11 @@ impl Common {
         if self.yes {
             return Ok(Wish::Save);
         }
-        let mut error = io::stderr().lock();
-        let _ =
-            write!(error, "save these in node {}? [y/N] ", self.node).and_then(|()| error.flush());
-        drop(error);
-        match self.answer(session, stop).await {
-            Ok(answer) => match answer.trim().to_lowercase().as_str() {
-                "y" | "yes" => Ok(Wish::Save),
-                _ => Ok(Wish::Discard),
-            },
-            Err(why) => {
-                // Nobody has ended the question's line.
-                output::tell("");
-                Err(why)
-            }
-        }
-    }
-
-    /// A line of standard input. Reading it may last for ever, so another thread does; the bus is
-    /// read meanwhile.
-    async fn answer<L: Link, W: Watch>(
-        &self,
-        session: &mut Session<'_, L, W>,
-        stop: &Stop,
-    ) -> Result<String, NoAnswer> {
-        let (sender, answer) = mpsc::channel();
-        thread::spawn(move || {
-            let mut line = String::new();
-            // If nobody waits any more, nobody needs it.
-            let _ = sender.send(io::stdin().read_line(&mut line).map(|_| line));
-        });
-        loop {
-            if stop.asked() {
-                return Err(NoAnswer::Stopped);
-            }
-            match answer.try_recv() {
-                Ok(line) => return line.map_err(NoAnswer::Input),
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => return Ok(String::new()),
-            }
-            session.idle(LOOK_MS).await.map_err(NoAnswer::Link)?;
+        let asked = format!("save these in node {}? [y/N] ", self.node);
+        let idle = async || session.idle(question::LOOK_MS).await;
+        match question::is_yes(&asked, stop, idle).await? {
+            true => Ok(Wish::Save),
+            false => Ok(Wish::Discard),
         }
     }
 }

@@ -113,8 +113,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     if booted.is_empty() {
         let ms = if node.is_some() { BOOT_MS } else { BOOT_ALL_MS };
+        let which = node.map_or_else(|| "all".to_owned(), |node| node.to_string());
         return Err(Failure::unsuccessful(format!(
-            "{who}: no boot-up within {ms} ms"
+            "{who}: no boot-up within {ms} ms; some drives send none, like the P3 of 2016: go on with \
+             servobus nmt pre-operational {which}"
         )));
     }
     Ok(ExitCode::SUCCESS)

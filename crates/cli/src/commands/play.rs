@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bus::Endpoint;
+use canopen::NodeId;
 use client::block_on;
 use client::transcript::{Options, Report, Transcript, WithoutPhysics, play};
 use personalities::Personality;
@@ -22,6 +23,7 @@ use crate::{Failure, drive_kind, output};
 #[command(after_help = "\
 Examples:
   servobus play --virtual transcripts/p3/*.txt
+  servobus play --virtual transcripts/mixed/*.txt                 different drives on one bus
   servobus play --bus socketcand://127.0.0.1:29536 transcripts/p3/enumerate.txt
   servobus play --virtual --json transcripts/p3/modes.txt
 
@@ -46,49 +48,63 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// A transcript and the drive it is for.
+/// A transcript and the drives it is for.
 struct Piece {
     transcript: Transcript,
+    /// Of the nodes that its head names, as far as it says which drive each is.
+    drives: Vec<(NodeId, &'static Personality)>,
+    /// The drive that it names for all others.
     drive: Option<&'static Personality>,
 }
 
 impl Piece {
     fn read(path: &std::path::Path) -> Result<Piece, Failure> {
         let transcript = Transcript::read(path).map_err(Failure::input)?;
-        let drive = match &transcript.header().drive {
-            Some(name) => Some(personalities::by_name(name).ok_or_else(|| {
+        let by_name = |name: &str| {
+            personalities::by_name(name).ok_or_else(|| {
                 Failure::input(format!(
                     "{}: it is for a drive '{name}', which is not known here; there are: {}",
                     path.display(),
                     drive_kind::names()
                 ))
-            })?),
-            None => None,
+            })
         };
-        Ok(Piece { transcript, drive })
+        let header = transcript.header();
+        let drive = header.drive.as_deref().map(by_name).transpose()?;
+        let mut drives = Vec::new();
+        for node in &header.nodes {
+            if let Some(name) = header.drive_of(*node) {
+                drives.push((*node, by_name(name)?));
+            }
+        }
+        Ok(Piece {
+            drives,
+            drive,
+            transcript,
+        })
     }
 
     fn options(&self) -> Options {
+        let words = |(node, drive): &(NodeId, &Personality)| (*node, drive_kind::words(drive));
         Options {
-            table: self.drive.map(|drive| drive.device.table),
+            drives: self.drives.iter().map(words).collect(),
+            drive: self.drive.map(drive_kind::words).unwrap_or_default(),
             ..Options::default()
         }
     }
 
     /// The drives that its head asks for.
     fn virtual_bus(&self, seed: u64) -> Result<Bus, Failure> {
-        let header = self.transcript.header();
-        let (Some(drive), false) = (self.drive, header.nodes.is_empty()) else {
+        let nodes = &self.transcript.header().nodes;
+        if nodes.is_empty() || self.drives.len() != nodes.len() {
             return Err(Failure::input(format!(
                 "{}: it does not say which drives it is for; write \"drive p3\" and \"nodes 1\" at \
-                 its head, or play it with --bus",
+                 its head, or for each node a line like \"node 2 = md80\", or play it with --bus",
                 self.transcript.file()
             )));
-        };
-        let drives = header
-            .nodes
-            .iter()
-            .map(|node| DriveSettings::new(*node, drive));
+        }
+        let drives = self.drives.iter();
+        let drives = drives.map(|(node, drive)| DriveSettings::new(*node, drive));
         Ok(Bus::new(BusSettings::new(seed, drives.collect())))
     }
 }

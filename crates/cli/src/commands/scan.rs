@@ -5,16 +5,20 @@ use std::time::Duration;
 
 use client::Client;
 use client::scan::{Found, Scan};
+use serde::Serialize;
 
 use crate::node_list::NodeList;
 use crate::wire::{WireArguments, WireLink};
-use crate::{Failure, output, time_span};
+use crate::{Failure, identify, output, time_span};
 
 /// Find the nodes of a bus and what they say they are.
 ///
 /// Asks each node ID for 0x1000, then those that answer for 0x1008 to 0x100A and 0x1018. From
-/// outside nobody can tell a virtual drive from a real one for sure; the drives of `servobus sim`
-/// say "sim" as their hardware.
+/// outside nobody can tell a virtual drive from a real one for sure; most drives of `servobus
+/// sim` say "sim", "sim1" or "simulated" as their hardware.
+///
+/// "drive" is the name that other commands have for it, if it is one of the documented drives
+/// (`servobus drives`).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -22,7 +26,8 @@ Examples:
   servobus scan --nodes 1-8 --listen 1s     also hear heartbeats, which tell the NMT state
   servobus scan --bus slcan://10.0.0.7:3333 --json
 
-Exit code 1 if no node was found.")]
+A drive may be mute until the first NMT message, as the P3 of 2016 is: servobus nmt pre-operational ends
+that. Exit code 1 if no node was found.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     wire: WireArguments,
@@ -60,7 +65,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             merge(&mut found, more);
             listen_ms = 0;
         }
-        Ok(found)
+        let mut named = Vec::new();
+        for node in found {
+            let drive = match node.answers_sdo {
+                true => identify::found(&mut client, &node).await,
+                false => Ok(None),
+            };
+            let drive = drive
+                .map_err(Failure::unsuccessful)?
+                .map(|drive| drive.name);
+            named.push(Named { node, drive });
+        }
+        Ok(named)
     })?;
     if arguments.json {
         output::print_json(&found)?;
@@ -70,6 +86,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         output::print(listing(&found))?;
     }
     Ok(Failure::code(!found.is_empty()))
+}
+
+/// A node and the documented drive that it is, if it is one.
+#[derive(Debug, Serialize)]
+struct Named {
+    #[serde(flatten)]
+    node: Found,
+    drive: Option<&'static str>,
 }
 
 /// A node may have been heard while others were asked.
@@ -87,10 +111,10 @@ fn merge(found: &mut Vec<Found>, more: Vec<Found>) {
     found.sort_by_key(|found| found.node);
 }
 
-fn listing(found: &[Found]) -> String {
+fn listing(found: &[Named]) -> String {
     let mut table = output::table(&[
-        "node", "name", "hardware", "software", "profile", "vendor", "product", "revision",
-        "serial", "state",
+        "node", "drive", "name", "hardware", "software", "profile", "vendor", "product",
+        "revision", "serial", "state",
     ]);
     let text = |text: &Option<String>| match text {
         Some(text) => text.escape_default().to_string(),
@@ -99,7 +123,7 @@ fn listing(found: &[Found]) -> String {
     let number = |number: Option<u32>| {
         number.map_or_else(|| "-".to_owned(), |number| format!("0x{number:08X}"))
     };
-    for node in found {
+    for Named { node, drive } in found {
         let state = match (node.state, node.answers_sdo) {
             (Some(state), true) => state.to_string(),
             (Some(state), false) => format!("{state}, no SDO answer"),
@@ -108,6 +132,7 @@ fn listing(found: &[Found]) -> String {
         };
         table.add_row([
             node.node.to_string(),
+            drive.unwrap_or("-").to_owned(),
             text(&node.name),
             text(&node.hardware),
             text(&node.software),

@@ -6,9 +6,11 @@ use std::process::ExitCode;
 use ::sim::Disturbance;
 use ::sim::scenario::{acts_document, parameters_document, parameters_template};
 use canopen::Instant;
+use personalities::Personality;
+use personalities::p3::P3;
 
 use super::sim::Plan;
-use crate::{Failure, output, scenario_file};
+use crate::{Failure, drive_kind, output, scenario_file};
 
 /// Check scenarios, and list what they may say.
 ///
@@ -21,6 +23,7 @@ Examples:
   servobus scenario check sag.toml        is it right? nothing is started
   servobus scenario parameters            every parameter with unit, default and range
   servobus scenario parameters --toml     the same as a file to begin with
+  servobus scenario parameters --drive md80 --toml     that of another drive
   servobus scenario acts                  events, conditions and acts
   servobus sim --scenario sag.toml        play it")]
 pub(crate) struct Arguments {
@@ -40,6 +43,9 @@ enum Command {
     },
     /// List every key and parameter with its unit, default and range.
     Parameters {
+        /// The defaults of this drive's world. [default: of p3, and of the drives that differ from it]
+        #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
+        drive: Option<&'static Personality>,
         /// As a scenario that sets every parameter to its default.
         #[arg(long)]
         toml: bool,
@@ -67,8 +73,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 return Err(Failure::Input(wrong.join("\n")));
             }
         }
-        Command::Parameters { toml: true } => output::print(parameters_template().trim_end())?,
-        Command::Parameters { toml: false } => output::print(parameters_document().trim_end())?,
+        Command::Parameters { drive, toml: true } => {
+            output::print(parameters_template(drive.unwrap_or(&P3)).trim_end())?;
+        }
+        Command::Parameters { drive, toml: false } => {
+            output::print(parameters_document(*drive).trim_end())?;
+        }
         Command::Acts => output::print(acts_document().trim_end())?,
     }
     Ok(ExitCode::SUCCESS)

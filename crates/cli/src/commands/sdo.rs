@@ -9,11 +9,12 @@ use std::time::Duration;
 
 use can::Frame;
 use canopen::{Address, DataType, Instant, NodeId};
-use client::decode::{Decoder, Meaning, ObjectValue};
+use client::decode::{Decoder, DriveWords, Meaning, ObjectValue, standard_type};
 use client::sdo::{Data, Method};
-use client::{RequestForm, Settings, Value};
+use client::{Client, Link, RequestForm, Settings, Value};
 use personalities::Personality;
 
+use crate::identify::{self, Identity};
 use crate::wire::WireArguments;
 use crate::{Failure, drive_kind, object_address, time_span};
 
@@ -25,6 +26,8 @@ Examples:
   servobus sdo write --node 1 0x6060 0 4       mode of operation: profile torque
   servobus sdo read --node 1 0x1021 --output drive.eds
 
+Names, types and units are those of the drive. Without --drive and --type the node is asked which drive it
+is (0x1000, 0x1008, 0x1018); of one that is not known here only the standard's objects have a name.
 Exit code 1 if the node refuses or does not answer.")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -58,9 +61,10 @@ struct Common {
     /// u16, u32, f32, text.
     #[arg(long = "type", value_name = "TYPE", value_parser = object_address::parse_type)]
     data_type: Option<DataType>,
-    /// Whose dictionary gives names and types; `servobus od NAME` lists it.
-    #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
-    drive: &'static Personality,
+    /// Whose dictionary gives names, types and units; `servobus od NAME` lists it [default: that of the
+    /// drive that the node says it is, or the standard's]
+    #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
+    drive: Option<&'static Personality>,
     /// Which protocol: expedited, segmented or block; auto takes the one that fits the length.
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_method)]
     method: Method,
@@ -101,17 +105,24 @@ fn parse_method(text: &str) -> Result<Method, String> {
 const SLOW: [u16; 2] = [0x1010, 0x1011];
 
 impl Common {
-    /// The object's type: as said, or by the dictionary.
-    fn type_of(&self, object: Address) -> Option<DataType> {
-        let table = &self.drive.device.table;
-        let declared = || match table.find(object.index, object.sub) {
-            Ok(entry) => Some(entry.field.data_type()),
-            Err(_) if object.sub == 0 && table.highest_sub_index(object.index).is_some() => {
-                Some(DataType::U8)
+    /// The drive that was named. A type that was given is enough, and nobody is asked then.
+    fn said(&self) -> Option<Identity> {
+        let unknown = self.data_type.map(|_| Identity::Unknown);
+        self.drive.map(Identity::Drive).or(unknown)
+    }
+
+    /// Whose dictionary counts: the drive that was named, else the one that the node says it is.
+    ///
+    /// # Errors
+    /// The link broke.
+    async fn identity<L: Link>(&self, client: &mut Client<L>) -> Result<Identity, Failure> {
+        match self.said() {
+            Some(said) => Ok(said),
+            None => {
+                let known = identify::node(client, self.node).await;
+                known.map_err(Failure::unsuccessful)
             }
-            Err(_) => None,
-        };
-        self.data_type.or_else(declared)
+        }
     }
 
     fn settings(&self, object: Address) -> Settings {
@@ -128,24 +139,60 @@ impl Common {
         }
     }
 
-    /// What the bytes of an object say in words, by the dictionary: long ones as text if that is
-    /// their type, else in hexadecimal.
-    fn words(&self, object: Address, bytes: &[u8], is_sized: bool) -> ObjectValue {
+    /// The object as a drive's dictionary has it.
+    fn known(&self, drive: Option<&Personality>, object: Address) -> Known {
+        let declared = match drive {
+            Some(drive) => {
+                let table = &drive.device.table;
+                match table.find(object.index, object.sub) {
+                    Ok(entry) => Some(entry.field.data_type()),
+                    Err(_)
+                        if object.sub == 0 && table.highest_sub_index(object.index).is_some() =>
+                    {
+                        Some(DataType::U8)
+                    }
+                    Err(_) => None,
+                }
+            }
+            None => standard_type(object),
+        };
+        Known {
+            node: self.node,
+            object,
+            words: drive.map(drive_kind::words).unwrap_or_default(),
+            data_type: self.data_type.or(declared),
+        }
+    }
+}
+
+/// What is known of an object.
+struct Known {
+    node: NodeId,
+    object: Address,
+    words: DriveWords,
+    /// Its type: as said, or by the dictionary.
+    data_type: Option<DataType>,
+}
+
+impl Known {
+    /// What the bytes of the object say in words: long ones as text if that is their type, else in
+    /// hexadecimal.
+    fn words(&self, bytes: &[u8], is_sized: bool) -> ObjectValue {
         let short = match is_sized {
             true => Data::sized(bytes),
             false => Data::unsized_bytes(bytes),
         };
-        if let Some(words) = short.and_then(|data| self.short_words(object, data)) {
+        if let Some(words) = short.and_then(|data| self.short_words(data)) {
             return words;
         }
-        let any = Data::sized(&[0]).and_then(|data| self.short_words(object, data));
-        let text = match self.type_of(object) {
+        let any = Data::sized(&[0]).and_then(|data| self.short_words(data));
+        let text = match self.data_type {
             Some(DataType::Text) => Value::decode(bytes, DataType::Text).map(|v| v.to_string()),
             _ => None,
         };
         ObjectValue {
-            index: object.index,
-            sub: object.sub,
+            index: self.object.index,
+            sub: self.object.sub,
             name: any.and_then(|words| words.name),
             text: text.unwrap_or_else(|| hexadecimal(bytes)),
             bytes: bytes.to_vec(),
@@ -153,18 +200,16 @@ impl Common {
     }
 
     /// What up to four bytes say.
-    fn short_words(&self, object: Address, data: Data) -> Option<ObjectValue> {
-        let drive = self.drive;
-        let mut decoder =
-            Decoder::with_table(drive.device.table).with_mode_names(drive.mode_names());
+    fn short_words(&self, data: Data) -> Option<ObjectValue> {
+        let mut decoder = Decoder::with_words(self.words);
         let len = data.bytes().len() as u8;
         let command = match data.is_sized() {
             true => 0x43 | 4_u8.saturating_sub(len) << 2,
             false => 0x42,
         };
-        let [low, high] = object.index.to_le_bytes();
+        let [low, high] = self.object.index.to_le_bytes();
         let [d0, d1, d2, d3] = data.raw().to_le_bytes();
-        let bytes = [command, low, high, object.sub, d0, d1, d2, d3];
+        let bytes = [command, low, high, self.object.sub, d0, d1, d2, d3];
         let answer = Frame::classic(0x580 + u16::from(self.node.get()), bytes, 8);
         match decoder.decode(Instant::ZERO, &answer).meaning {
             Meaning::Value { value, .. } => Some(value),

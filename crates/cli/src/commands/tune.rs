@@ -129,6 +129,19 @@ fn told(tuned: &Tuned) -> (Reached, Vec<String>) {
 /// Exit code 2 if the bus cannot be reached or nobody can be asked, 1 if the loop did not become as
 /// asked.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let common = match &arguments.what {
+        What::Velocity(arguments) => &arguments.common,
+        What::Position(arguments) => &arguments.common,
+    };
+    common.can_ask()?;
+    if let Some(drive) = common.drive()?
+        && let Some(offers) = drive.commissioning.tuning
+    {
+        return Err(Failure::unsuccessful(format!(
+            "node {} is a {}: {offers}",
+            common.node, drive.name
+        )));
+    }
     match &arguments.what {
         What::Velocity(arguments) => arguments
             .common

@@ -15,8 +15,10 @@ mod current_sensor;
 mod electrical_zero;
 mod encoder_lag;
 mod free_shaft;
+mod own;
 mod sweep;
 
 pub use current_sensor::CurrentSensor;
 pub use electrical_zero::{ElectricalZero, Method};
 pub use encoder_lag::EncoderLag;
+pub use own::{OwnCalibration, OwnError, StatusWords};

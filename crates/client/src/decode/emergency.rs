@@ -1,5 +1,9 @@
 //! Emergency error codes and the bits of the error register.
 
+use canopen::Address;
+
+use super::words::DriveWords;
+
 /// Codes with a meaning of their own: CiA 301 table 26, CiA 402, and those of the P3's table
 /// "Faults and Warnings", which keep to the same classes.
 const CODES: &[(u16, &str)] = &[
@@ -105,8 +109,9 @@ pub fn emergency_text(code: u16) -> &'static str {
         .unwrap_or("unknown error code")
 }
 
-/// The set bits of an error register, 0x1001 (CiA 301 7.5.2.2); "none" for 0.
-pub fn register_text(register: u8) -> String {
+/// The set bits of an error register, 0x1001 (CiA 301 7.5.2.2), by the drive's names or the standard's;
+/// "none" for 0.
+pub(super) fn register_text(words: &DriveWords, register: u8) -> String {
     const BITS: [&str; 8] = [
         "generic",
         "current",
@@ -115,12 +120,12 @@ pub fn register_text(register: u8) -> String {
         "communication",
         "device profile",
         "reserved",
-        // Manufacturer specific in the standard; the P3 puts motion errors here (P15).
-        "manufacturer (P3: motion)",
+        "manufacturer",
     ];
-    let set: Vec<&str> = (0..8)
-        .filter(|bit| register >> bit & 1 == 1)
-        .map(|bit: usize| BITS[bit])
+    let set: Vec<&str> = (0..8_u8)
+        .zip(BITS)
+        .filter(|(bit, _)| register >> bit & 1 == 1)
+        .map(|(bit, name)| words.bit(REGISTER, bit).unwrap_or(name))
         .collect();
     if set.is_empty() {
         "none".to_owned()
@@ -128,6 +133,8 @@ pub fn register_text(register: u8) -> String {
         set.join(", ")
     }
 }
+
+const REGISTER: Address = Address::new(0x1001, 0);
 
 #[cfg(test)]
 mod tests {
@@ -154,7 +161,14 @@ mod tests {
 
     #[test]
     fn register_bits_are_named() {
-        assert_eq!(register_text(0), "none");
-        assert_eq!(register_text(0b101), "generic, voltage");
+        let text = |register| register_text(&DriveWords::default(), register);
+        assert_eq!(text(0), "none");
+        assert_eq!(text(0b101), "generic, voltage");
+        assert_eq!(text(0x80), "manufacturer");
+        let words = DriveWords {
+            bits: &[(REGISTER, 7, "motion")],
+            ..DriveWords::default()
+        };
+        assert_eq!(register_text(&words, 0x81), "generic, motion");
     }
 }

@@ -5,45 +5,30 @@ use std::collections::BTreeMap;
 use can::Frame;
 use canopen::lss::{Answer, Request};
 use canopen::nmt::Command;
-use canopen::{Address, Emergency, Instant, NmtState, NodeId, Table};
-use cia402::Mode;
+use canopen::{Address, Emergency, Instant, NmtState, NodeId};
 
-use super::emergency::{emergency_text, register_text};
+use super::emergency;
 use super::meaning::{Decoded, Direction, Meaning, PdoContents};
+use super::modes::Modes;
 use super::pdo::{Pdos, predefined};
+use super::words::DriveWords;
 use super::{object, sdo};
 use crate::sdo::Data;
 
 /// What is known of a node.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
-    pub(super) table: Option<Table>,
-    pub(super) mode_names: ModeNames,
-    pub(super) mode: Option<Mode>,
+    pub(super) words: DriveWords,
+    pub(super) modes: Modes,
     pub(super) pdos: Pdos,
     /// A write that was not acknowledged yet.
     pub(super) pending: Option<(Address, Data)>,
 }
 
-/// Names that a drive has for modes of operation.
-type ModeNames = &'static [(i8, &'static str)];
-
-impl Node {
-    /// What is known of it now.
-    pub(super) fn context(&self) -> object::Context<'_> {
-        object::Context {
-            table: self.table.as_ref(),
-            mode: self.mode,
-            mode_names: self.mode_names,
-        }
-    }
-}
-
 /// Puts the frames of one bus into words. Give it every frame, in their order.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
-    table: Option<Table>,
-    mode_names: ModeNames,
+    words: DriveWords,
     nodes: BTreeMap<NodeId, Node>,
 }
 
@@ -53,37 +38,23 @@ impl Decoder {
         Decoder::default()
     }
 
-    /// A decoder that takes `table` as the dictionary of every node.
-    pub fn with_table(table: Table) -> Decoder {
+    /// A decoder that takes every node for a drive with these words.
+    pub fn with_words(words: DriveWords) -> Decoder {
         Decoder {
-            table: Some(table),
+            words,
             ..Decoder::default()
         }
     }
 
-    /// The same, with the names that the drives have for modes of operation (0x6060) where CiA 402 has
-    /// others or none.
-    pub fn with_mode_names(self, mode_names: &'static [(i8, &'static str)]) -> Decoder {
-        Decoder { mode_names, ..self }
-    }
-
-    /// Takes `table` as the dictionary of `node`, and `mode_names` for its modes.
-    pub fn set_drive(
-        &mut self,
-        node: NodeId,
-        table: Table,
-        mode_names: &'static [(i8, &'static str)],
-    ) {
-        let node = self.node(node);
-        node.table = Some(table);
-        node.mode_names = mode_names;
+    /// Takes `node` for a drive with these words.
+    pub fn set_drive(&mut self, node: NodeId, words: DriveWords) {
+        self.node(node).words = words;
     }
 
     fn node(&mut self, node: NodeId) -> &mut Node {
-        let (table, mode_names) = (self.table, self.mode_names);
+        let words = self.words;
         self.nodes.entry(node).or_insert_with(|| Node {
-            table,
-            mode_names,
+            words,
             ..Node::default()
         })
     }
@@ -115,7 +86,7 @@ impl Decoder {
             (0x000, _) => self.nmt(frame.data()),
             (0x080, _) => sync(frame.data()),
             (0x100, _) => time(frame.data()),
-            (0x081..=0x0FF, Some(node)) => emergency(node, frame),
+            (0x081..=0x0FF, Some(node)) => emergency(node, &self.node(node).words, frame),
             (0x581..=0x5FF, Some(node)) => sdo::answer(node, self.node(node), frame),
             (0x601..=0x67F, Some(node)) => sdo::request(node, self.node(node), frame),
             (0x701..=0x77F, Some(node)) => error_control(node, frame.data()),
@@ -145,8 +116,7 @@ impl Decoder {
             for (known, state) in &mut self.nodes {
                 if node.is_none_or(|node| node == *known) {
                     *state = Node {
-                        table: state.table,
-                        mode_names: state.mode_names,
+                        words: state.words,
                         ..Node::default()
                     };
                 }
@@ -183,8 +153,8 @@ impl Decoder {
                 let (own, after) = rest.split_at(bytes);
                 rest = after;
                 if let Some(data) = Data::sized(own) {
-                    known.mode = mode_in(mapped.object, own).or(known.mode);
-                    values.push(object::value(&known.context(), mapped.object, data));
+                    known.modes.learn(mapped.object, own);
+                    values.push(object::value(known, mapped.object, data));
                 }
             }
             seen.push(PdoContents {
@@ -201,14 +171,6 @@ impl Decoder {
             Direction::Receive => 1,
         });
         seen
-    }
-}
-
-/// The mode of operation, if the object is one of the two that hold it.
-pub(super) fn mode_in(object: Address, bytes: &[u8]) -> Option<Mode> {
-    match (object.index, bytes) {
-        (0x6060 | 0x6061, [mode, ..]) if object.sub == 0 => Some(Mode(*mode as i8)),
-        _ => None,
     }
 }
 
@@ -267,7 +229,7 @@ fn time(data: &[u8]) -> Meaning {
     }
 }
 
-fn emergency(node: NodeId, frame: &Frame) -> Meaning {
+fn emergency(node: NodeId, words: &DriveWords, frame: &Frame) -> Meaning {
     if frame.len() != 8 {
         let text = format!(
             "emergency of node {node} of {} bytes, it has 8",
@@ -283,10 +245,10 @@ fn emergency(node: NodeId, frame: &Frame) -> Meaning {
     // The P3 names the error that is gone in the last two bytes (P16).
     let gone = u16::from_le_bytes([vendor[3], vendor[4]]);
     let text = match (code, gone) {
-        (0, 1..) => format!("error reset, 0x{gone:04X} {} is gone", emergency_text(gone)),
-        _ => emergency_text(code).to_owned(),
+        (0, 1..) => format!("error reset, 0x{gone:04X} {} is gone", words.error(gone)),
+        _ => words.error(code).to_owned(),
     };
-    let register_text = register_text(register);
+    let register_text = emergency::register_text(words, register);
     Meaning::Emergency {
         node: node.get(),
         code,

@@ -7,11 +7,15 @@
 mod emergency;
 mod frame;
 mod meaning;
+mod modes;
 mod object;
 mod pdo;
 mod sdo;
 mod standard;
+mod words;
 
-pub use emergency::{emergency_text, register_text};
+pub use emergency::emergency_text;
 pub use frame::Decoder;
 pub use meaning::{Decoded, Direction, Meaning, ObjectValue, PdoContents};
+pub use standard::standard_type;
+pub use words::DriveWords;

@@ -3,20 +3,13 @@
 use canopen::{Abort, Address, DataType, Table};
 use cia402::{Controlword, Mode, Statusword};
 
-use super::emergency::{emergency_text, register_text};
+use super::emergency::register_text;
+use super::frame::Node;
 use super::meaning::ObjectValue;
+use super::modes::axis;
 use super::standard;
 use crate::Value;
 use crate::sdo::Data;
-
-/// What is known of a node, for the words of its values.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Context<'a> {
-    pub(super) table: Option<&'a Table>,
-    pub(super) mode: Option<Mode>,
-    /// The drive's own names of modes.
-    pub(super) mode_names: &'a [(i8, &'a str)],
-}
 
 /// What is known of an object.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +38,8 @@ fn known(table: Option<&Table>, address: Address) -> Option<Known> {
         }
     });
     own.or_else(|| {
-        let (name, data_type) = standard::find(address)?;
+        // Other axes have the objects of the first, 0x800 above.
+        let (name, data_type) = standard::find(axis(address).1)?;
         Some(Known {
             name,
             data_type,
@@ -60,11 +54,11 @@ pub(super) fn name(table: Option<&Table>, address: Address) -> Option<String> {
 }
 
 /// A value that an SDO or a PDO carries.
-pub(super) fn value(context: &Context<'_>, address: Address, data: Data) -> ObjectValue {
-    let known = known(context.table, address);
+pub(super) fn value(node: &Node, address: Address, data: Data) -> ObjectValue {
+    let known = known(node.words.table.as_ref(), address);
     let typed = known.and_then(|known| data.value(known.data_type));
     let text = match (typed, known) {
-        (Some(Value::Integer(number)), Some(known)) => match meaning(context, address, number) {
+        (Some(Value::Integer(number)), Some(known)) => match meaning(node, address, number) {
             Some(words) => {
                 let digits = 2 * usize::from(known.data_type.size());
                 format!(
@@ -129,18 +123,6 @@ fn untyped(data: Data) -> String {
     }
 }
 
-/// The object of the first axis that this one is for another: CiA 402 gives each axis 0x800 objects.
-/// And whether it is of another.
-fn first_axis(address: Address) -> (Address, bool) {
-    match address.index {
-        0x6800..=0x9FFF => {
-            let index = 0x6000 + (address.index - 0x6000) % 0x800;
-            (Address::new(index, address.sub), true)
-        }
-        _ => (address, false),
-    }
-}
-
 /// A dictionary has a state machine behind its statusword: its value changes by itself. Without a
 /// dictionary that is taken for granted.
 fn has_states(table: Option<&Table>) -> bool {
@@ -151,11 +133,11 @@ fn has_states(table: Option<&Table>) -> bool {
 }
 
 /// Objects whose numbers mean something; `None` for plain quantities.
-fn meaning(context: &Context<'_>, address: Address, number: i64) -> Option<String> {
-    let (table, raw) = (context.table, number as u32);
-    let (general, is_other_axis) = first_axis(address);
-    // Whose mode is known is the first axis.
-    let mode = context.mode.filter(|_| !is_other_axis);
+fn meaning(node: &Node, address: Address, number: i64) -> Option<String> {
+    let (words, raw) = (&node.words, number as u32);
+    let table = words.table.as_ref();
+    let (axis, general) = axis(address);
+    let mode = node.modes.of(axis).map(|mode| words.bits_of(mode));
     Some(match (general.index, general.sub) {
         (0x6040 | 0x6041, 0) if !has_states(table) => return None,
         (0x6040, 0) => match mode {
@@ -166,25 +148,17 @@ fn meaning(context: &Context<'_>, address: Address, number: i64) -> Option<Strin
             Some(mode) => Statusword(raw as u16).in_mode(mode).to_string(),
             None => Statusword(raw as u16).to_string(),
         },
-        (0x6060 | 0x6061, 0) => mode_name(context, raw as i8),
+        (0x6060 | 0x6061, 0) => words.mode(raw as i8),
         (0x6502, 0) => modes(raw),
         (0x1000, 0) => format!("profile {}, additional 0x{:04X}", raw & 0xFFFF, raw >> 16),
-        (0x1001, 0) => register_text(raw as u8),
-        (0x603F, 0) => emergency_text(raw as u16).to_owned(),
-        (0x1003, 1..) => emergency_text(raw as u16).to_owned(),
+        (0x1001, 0) => register_text(words, raw as u8),
+        (0x603F, 0) => words.error(raw as u16).to_owned(),
+        (0x1003, 1..) => words.error(raw as u16).to_owned(),
         (0x1010 | 0x1011, 1..) => return store(table, address, raw),
         (0x1400..=0x15FF | 0x1800..=0x19FF, 1) => cob_id(raw),
         (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => mapped(table, raw),
-        _ => return None,
+        _ => return words.set_bits(address, raw),
     })
-}
-
-fn mode_name(context: &Context<'_>, mode: i8) -> String {
-    let mut own = context.mode_names.iter();
-    match own.find(|(number, _)| *number == mode) {
-        Some((_, name)) => (*name).to_owned(),
-        None => Mode(mode).to_string(),
-    }
 }
 
 fn modes(raw: u32) -> String {

@@ -3,7 +3,7 @@
 use can::Frame;
 use canopen::{Address, NodeId};
 
-use super::frame::{Node, mode_in};
+use super::frame::Node;
 use super::meaning::Meaning;
 use super::object;
 use crate::sdo::{Answer, Data, Request};
@@ -11,7 +11,7 @@ use crate::sdo::{Answer, Data, Request};
 /// A request on its way from the client.
 pub(super) fn request(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning {
     let number = node.get();
-    let table = known.table.as_ref();
+    let table = known.words.table;
     match Request::parse(frame) {
         None => Meaning::Malformed {
             text: format!(
@@ -23,10 +23,10 @@ pub(super) fn request(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning 
             node: number,
             index: address.index,
             sub: address.sub,
-            name: object::name(table, address),
+            name: object::name(table.as_ref(), address),
         },
         Some(Request::Download(address, data)) => {
-            let value = object::value(&known.context(), address, data);
+            let value = object::value(known, address, data);
             known.pending = Some((address, data));
             Meaning::Write {
                 node: number,
@@ -60,7 +60,7 @@ pub(super) fn answer(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning {
         },
         Some(Answer::Uploaded(address, data)) => {
             learn(known, address, data);
-            let value = object::value(&known.context(), address, data);
+            let value = object::value(known, address, data);
             Meaning::Value {
                 node: number,
                 value,
@@ -75,7 +75,7 @@ pub(super) fn answer(node: NodeId, known: &mut Node, frame: &Frame) -> Meaning {
                 node: number,
                 index: address.index,
                 sub: address.sub,
-                name: object::name(known.table.as_ref(), address),
+                name: object::name(known.words.table.as_ref(), address),
             }
         }
         Some(Answer::Aborted(address, abort)) => {
@@ -98,7 +98,7 @@ fn learn(known: &mut Node, address: Address, data: Data) {
     if data.bytes().is_empty() {
         return;
     }
-    known.mode = mode_in(address, data.bytes()).or(known.mode);
+    known.modes.learn(address, data.bytes());
     known.pdos.learn(address, data.raw());
 }
 
@@ -113,7 +113,7 @@ fn aborted(
         node,
         index: address.index,
         sub: address.sub,
-        name: object::name(known.table.as_ref(), address),
+        name: object::name(known.words.table.as_ref(), address),
         code: abort.0,
         text: abort.text().unwrap_or("unknown abort code").to_owned(),
         by_client,

@@ -2,6 +2,8 @@
 
 use canopen::{Address, DataType};
 
+use super::modes::axis;
+
 use DataType::{I8, I16, I32, Text, U8, U16, U32};
 
 /// Index, sub-index, name, type.
@@ -96,6 +98,12 @@ const RUNS: &[(u16, u16, u8, u8, &str, DataType)] = &[
     (0x1A00, 0x1BFF, 0, 0, "TPDO number of mapped objects", U8),
     (0x1A00, 0x1BFF, 1, 64, "TPDO mapped object", U32),
 ];
+
+/// The type of an object that CiA 301 or 402 defines; of the latter for each of the axes that a device can
+/// have.
+pub fn standard_type(address: Address) -> Option<DataType> {
+    find(axis(address).1).map(|(_, data_type)| data_type)
+}
 
 /// Name and type of a standard object.
 pub(super) fn find(address: Address) -> Option<(&'static str, DataType)> {

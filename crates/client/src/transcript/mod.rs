@@ -6,6 +6,7 @@
 //! by [`WithoutPhysics`].
 
 mod expression;
+mod options;
 mod parse;
 mod parse_frame;
 mod parse_quantity;
@@ -16,9 +17,10 @@ mod report;
 mod source;
 mod step;
 
+pub use options::Options;
 pub use parse::TranscriptError;
 pub use physics::{Physics, Reading, WithoutPhysics};
-pub use play::{Options, play};
+pub use play::play;
 pub use report::{Expected, Failure, FailureKind, Misprint, NotChecked, Received, Report};
 pub use source::SyntaxError;
 pub use step::{Header, Transcript};

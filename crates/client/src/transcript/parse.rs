@@ -3,11 +3,13 @@
 use std::fmt;
 use std::path::Path;
 
+use canopen::NodeId;
+
 use super::expression;
 use super::parse_frame::{self, Names, Use};
 use super::parse_quantity::{assertion, between, duration, finished, node};
 use super::pattern::Pattern;
-use super::source::{Cursor, SyntaxError};
+use super::source::{Cursor, SyntaxError, Word};
 use super::step::{Action, Block, Expectation, Header, Ignored, Span, Step, Transcript};
 
 /// Why there is no transcript.
@@ -250,7 +252,7 @@ impl<'a> Parser<'a> {
         let word = cursor.word();
         let keyword = word.text.to_ascii_lowercase();
         let action = match keyword.as_str() {
-            "drive" | "nodes" | "settle" => {
+            "drive" | "nodes" | "node" | "settle" => {
                 if self.has_steps {
                     return Err(cursor.error(
                         word.at,
@@ -315,7 +317,7 @@ impl<'a> Parser<'a> {
                 return Err(cursor.error(
                     word.at,
                     format!("\"{}\" begins no line of a transcript", word.text),
-                    "write a frame (0x601 4 40 41 60 00), one of drive, nodes, settle, limit, \
+                    "write a frame (0x601 4 40 41 60 00), one of drive, nodes, node, settle, limit, \
                      ignore, wait, silence, within, between, in any order, let, assert, misprint, \
                      end, finally, or a comment after #",
                 ));
@@ -335,18 +337,45 @@ impl<'a> Parser<'a> {
                 self.header.drive = Some(name.text.to_owned());
                 cursor.finish()
             }
-            "nodes" => loop {
-                let word = cursor.word();
-                if word.text.is_empty() && !self.header.nodes.is_empty() {
-                    return Ok(());
+            "nodes" => {
+                let mut word = cursor.word();
+                loop {
+                    self.new_node(cursor, word)?;
+                    word = cursor.word();
+                    if word.text.is_empty() {
+                        return Ok(());
+                    }
                 }
-                self.header.nodes.push(node(cursor, word)?);
-            },
+            }
+            "node" => {
+                let word = cursor.word();
+                let node = self.new_node(cursor, word)?;
+                let equals = cursor.word();
+                let name = cursor.word();
+                if equals.text != "=" || name.text.is_empty() {
+                    let remedy = format!("name it, as in \"node {node} = p3\"");
+                    return Err(cursor.error(equals.at, "it does not say which drive", remedy));
+                }
+                self.header.named.push((node, name.text.to_owned()));
+                cursor.finish()
+            }
             _ => {
                 self.header.settle_ns = Some(finished(cursor, duration)?);
                 Ok(())
             }
         }
+    }
+
+    /// A node of the head, which is named once.
+    fn new_node(&mut self, cursor: &Cursor<'_>, word: Word<'_>) -> Result<NodeId, SyntaxError> {
+        let at = word.at;
+        let node = node(cursor, word)?;
+        if self.header.nodes.contains(&node) {
+            let message = format!("node {node} is there already");
+            return Err(cursor.error(at, message, "name every node once"));
+        }
+        self.header.nodes.push(node);
+        Ok(node)
     }
 
     fn ignored(&mut self, cursor: &mut Cursor<'_>) -> Result<Ignored, SyntaxError> {

@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use can::Frame;
-use canopen::{Instant, Table};
+use canopen::Instant;
 
 use super::expression::Values;
+use super::options::Options;
 use super::pattern::{Pattern, notation};
 use super::physics::{Physics, Reading};
 use super::report::{
@@ -14,30 +15,6 @@ use super::report::{
 use super::step::{Action, Assertion, Block, Expectation, Ignored, Span, Step, Transcript};
 use crate::decode::Decoder;
 use crate::{Link, LinkError};
-
-/// How to play a transcript.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The drives' dictionary, for names and types in messages.
-    pub table: Option<Table>,
-    /// How long frames are dropped before the first line, in nanoseconds, unless the transcript
-    /// says (`settle`).
-    pub settle_ns: u64,
-    /// How long an expected frame may take, in nanoseconds, until the transcript says otherwise
-    /// (`limit`, `within`).
-    pub limit_ns: u64,
-}
-
-impl Default for Options {
-    /// No dictionary, 100 ms each.
-    fn default() -> Options {
-        Options {
-            table: None,
-            settle_ns: 100_000_000,
-            limit_ns: 100_000_000,
-        }
-    }
-}
 
 /// Plays a transcript and reports. Ends at the first line that fails, but carries out what the
 /// transcript says for the end (`finally`) even then.
@@ -50,7 +27,7 @@ pub async fn play<B: Link + Physics>(
     let mut player = Player {
         transcript,
         bench,
-        decoder: options.table.map_or_else(Decoder::new, Decoder::with_table),
+        decoder: options.decoder(),
         queue: VecDeque::new(),
         rules: Vec::new(),
         values: Values::new(),

@@ -20,10 +20,23 @@ pub struct Transcript {
 pub struct Header {
     /// `drive p3`: the personality of the drives.
     pub drive: Option<String>,
-    /// `nodes 1 2`: which drives must be on the bus.
+    /// `nodes 1 2`: which drives must be on the bus; those that are named alone, too.
     pub nodes: Vec<NodeId>,
+    /// `node 2 = md80`: the personality of one of them, where it is not `drive`.
+    pub named: Vec<(NodeId, String)>,
     /// `settle 100 ms`: how long frames are dropped before the first line.
     pub settle_ns: Option<u64>,
+}
+
+impl Header {
+    /// The personality of the drive at `node`.
+    pub fn drive_of(&self, node: NodeId) -> Option<&str> {
+        let mut named = self.named.iter();
+        let own = named.find(|(named, _)| *named == node);
+        own.map(|(_, drive)| drive)
+            .or(self.drive.as_ref())
+            .map(String::as_str)
+    }
 }
 
 impl Transcript {

@@ -9,10 +9,22 @@ use canopen::{
     Abort, Address, Image, Instant, NmtState, Node, NodeId, Owner, Reset, Verdict, store,
 };
 use cia402::{Controlword, Mode, State};
+use client::decode::DriveWords;
 use client::transcript::{Physics, Reading};
 use client::{Link, LinkError};
-use personalities::class;
 use personalities::p3::{self, P3};
+use personalities::{Personality, class};
+
+/// What a drive's document says.
+pub(crate) fn words_of(drive: &Personality) -> DriveWords {
+    DriveWords {
+        table: Some(drive.device.table),
+        modes: drive.words.modes,
+        mode_bits: drive.words.mode_bits,
+        bits: drive.words.bits,
+        errors: drive.words.errors,
+    }
+}
 
 pub(crate) const NODE: NodeId = NodeId::new(1).unwrap();
 

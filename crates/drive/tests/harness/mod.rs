@@ -1,4 +1,4 @@
-//! What the fuzz target, the replay of its corpus and the property tests share.
+//! What the fuzz targets, the replay of their corpora and the property tests share.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -8,4 +8,5 @@
 #[path = "../../../canopen/tests/harness/mod.rs"]
 mod canopen_harness;
 
+pub mod controller;
 pub mod script;

@@ -248,7 +248,7 @@ impl World {
     }
 }
 
-fn check_feedback(feedback: &Feedback<f32>) {
+pub(super) fn check_feedback(feedback: &Feedback<f32>) {
     for value in [
         feedback.velocity,
         feedback.velocity_reported,

@@ -2,7 +2,7 @@
 
 use canopen::Group::Application;
 use canopen::Row;
-use canopen::row::{f32, i8, i32, u8};
+use canopen::row::{f32, i8, i16, i32, u8};
 
 /// A converter's reading at no current, counts.
 const fn measured(index: u16, name: &'static str) -> Row {
@@ -43,6 +43,12 @@ pub(super) const OUTPUT_DIRECTION: u16 = 0x0028;
 pub(super) const OUTPUT_IS_CALIBRATED: u16 = 0x0029;
 /// 1 if that found its accuracy low.
 pub(super) const OUTPUT_LOW_ACCURACY: u16 = 0x002A;
+/// How much the encoder reads too much at each place of a turn, sixteenths of a count,
+pub(super) const CORRECTION: u16 = 0x0030;
+/// and the output encoder.
+pub(super) const OUTPUT_CORRECTION: u16 = 0x0031;
+/// Places of a turn in these tables.
+pub(super) const PLACES: usize = 32;
 
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
@@ -58,4 +64,6 @@ pub(super) const ROWS: &[Row] = &[
     found(i8(OUTPUT_DIRECTION, 0, "Output encoder direction").default(1)),
     found(u8(OUTPUT_IS_CALIBRATED, 0, "Output encoder calibrated")),
     found(u8(OUTPUT_LOW_ACCURACY, 0, "Output encoder low accuracy")),
+    found(i16(CORRECTION, 1, "Encoder correction")).subs(PLACES as u8),
+    found(i16(OUTPUT_CORRECTION, 1, "Output encoder correction")).subs(PLACES as u8),
 ];

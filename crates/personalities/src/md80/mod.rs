@@ -4,12 +4,14 @@
 //! The page's defaults are those of a drive out of the box, without a motor: zeros, which say "not
 //! configured" where they lie outside the range. [`SAMPLE_MOTOR`] is what a drive with the sample motor
 //! has stored. Where the page is silent or contradicts itself, the rows say in a comment what is
-//! built; the numbers M1 to M28 name the decisions, which the drive's page in the documentation lists.
+//! built; the numbers M1 to M31 name the decisions, which the drive's page in the documentation lists.
 
 mod axis;
+mod commissioning;
 mod communication;
 mod internal;
 mod motor;
+mod operation;
 mod own;
 mod sample;
 mod settings;
@@ -26,7 +28,7 @@ pub use settings::{REAL_RANGES, RealRange};
 pub use status::{Effect, STATUS_BITS, StatusBit};
 
 use crate::own::OwnKind;
-use crate::{AxisPersonality, ErrorRules, NodeIdObject, Personality, SupplyRules};
+use crate::{AxisPersonality, ErrorRules, NodeIdObject, Personality, SupplyRules, Words};
 
 const ROWS: &[&[Row]] = &[
     internal::ROWS,
@@ -44,8 +46,20 @@ pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout
 /// The same dictionary as a constant, to resolve handles in.
 const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
-/// Names of modes that are not CiA 402's (M3).
-pub const MODE_NAMES: &[(i8, &str)] = &[(-2, "service"), (-1, "service")];
+/// Names of modes that are not CiA 402's (M3), and those of the status words.
+const WORDS: Words = Words {
+    modes: &[(-2, "service"), (-1, "service")],
+    bits: &status::BIT_NAMES,
+    errors: &[
+        (0x7305, "main encoder"),
+        (0x7306, "output encoder"),
+        (0x6320, "not set up or not calibrated"),
+        (0x2310, "overcurrent"),
+        (0x5210, "current sensors off"),
+        (0x8130, "CAN watchdog"),
+    ],
+    ..Words::STANDARD
+};
 
 /// The MD80's CANopen: plain CiA 301 but for these.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -80,6 +94,7 @@ pub static MD80: Personality = Personality {
         inputs: None,
     }],
     faults: &status::FAULTS,
+    own_causes: &status::CAUSE_NAMES,
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: false,
@@ -100,6 +115,9 @@ pub static MD80: Personality = Personality {
     }),
     stores_single_entry: None,
     termination: None,
+    words: WORDS,
+    operation: operation::OPERATION,
+    commissioning: commissioning::COMMISSIONING,
     own: OwnKind::Md80,
     serial: None,
     commissioned: SAMPLE_MOTOR,

@@ -3,6 +3,8 @@
 //! The page names the words; their bits are those of the maker's own tools. Emergency codes of the
 //! drive are not known: they are the standard's (CiA 402 table of error codes).
 
+use canopen::Address;
+
 use crate::{Cause, FaultRow, Kind, States, Switch};
 
 /// What a status bit does beside being shown.
@@ -18,8 +20,6 @@ pub enum Effect {
     /// Shown only: the error of an action, which the next one ends, or a warning, which stays until a
     /// fault reset.
     Shown,
-    /// Never set: nothing of the simulated hardware can bring it about.
-    Never,
 }
 
 /// One bit of a status word.
@@ -53,7 +53,7 @@ const fn bit(
     }
 }
 
-use Effect::{Announced, Critical, Fault, Never, Shown};
+use Effect::{Announced, Critical, Fault, Shown};
 
 /// Index of the status words.
 pub(super) const STATUS: u16 = 0x2004;
@@ -64,7 +64,7 @@ pub(super) const WORDS: usize = 8;
 #[rustfmt::skip]
 pub const STATUS_BITS: &[StatusBit] = &[
     bit(1, 0, "main encoder: communication", Critical(0x7305), "the encoder does not answer, or with a wrong check sum, for 5 ms"),
-    bit(1, 1, "main encoder: wrong direction", Never, "the encoder counts against the rotor: a calibration takes either direction"),
+    bit(1, 1, "main encoder: wrong direction", Fault(0x7305), "the rotor's own voltage turns the other way than the encoder counts, or it counts against a calibration's field; calibrate anew"),
     bit(1, 2, "main encoder: empty table", Shown, "the drive was not calibrated"),
     bit(1, 3, "main encoder: faulty table", Shown, "a calibration found readings off by more than 5 degrees of a turn"),
     bit(1, 4, "main encoder: calibration failed", Shown, "the last calibration did not end well"),
@@ -72,11 +72,11 @@ pub const STATUS_BITS: &[StatusBit] = &[
     bit(1, 6, "main encoder: initialisation", Critical(0x7305), "the encoder did not answer at the start"),
     bit(1, 30, "main encoder: low accuracy", Shown, "a calibration found readings off by more than 1 degree of a turn"),
     bit(2, 0, "output encoder: communication", Fault(0x7306), "one is configured and does not answer"),
-    bit(2, 1, "output encoder: wrong direction", Never, "it counts against the output: its calibration takes either direction"),
+    bit(2, 1, "output encoder: wrong direction", Fault(0x7306), "in motion it goes the other way than the motor's encoder and its calibration say; calibrate anew"),
     bit(2, 2, "output encoder: empty table", Shown, "one is configured and was not calibrated"),
     bit(2, 3, "output encoder: faulty table", Shown, "its calibration found readings off by more than 5 degrees of a turn"),
     bit(2, 4, "output encoder: calibration failed", Shown, "its last calibration did not end well"),
-    bit(2, 5, "output encoder: position invalid", Never, "its magnet is too near or too far: none is simulated"),
+    bit(2, 5, "output encoder: position invalid", Fault(0x7306), "one is configured and its magnet is too near or too far"),
     bit(2, 6, "output encoder: initialisation", Shown, "one is configured and did not answer at the start"),
     bit(2, 30, "output encoder: low accuracy", Shown, "its calibration found readings off by more than 1 degree of a turn"),
     bit(3, 0, "calibration: offset", Shown, "the electrical zero was not the same in both directions"),
@@ -84,9 +84,9 @@ pub const STATUS_BITS: &[StatusBit] = &[
     bit(3, 2, "calibration: inductance", Shown, "the measured inductance lies outside the range of 0x2000,3"),
     bit(3, 3, "calibration: pole pairs", Shown, "one turn did not have as many electrical turns as 0x2000,1 says"),
     bit(3, 4, "calibration: set-up", Fault(0x6320), "a parameter that is needed is 0: shown while it is, a fault when a mode of motion needs it"),
-    bit(4, 0, "bridge: communication", Never, "the gate driver does not answer"),
+    bit(4, 0, "bridge: communication", Critical(0x7510), "the gate driver does not answer over its serial interface, or wrongly, for 5 ms"),
     bit(4, 1, "bridge: overcurrent", Fault(0x2320), "the gate driver saw the current of a short circuit"),
-    bit(4, 2, "bridge: general fault", Never, "the gate driver reports another fault"),
+    bit(4, 2, "bridge: general fault", Fault(0x5410), "the gate driver's fault pin is low, and not for a short circuit: too low a supply for the gates, or too hot"),
     bit(5, 0, "hardware: overcurrent", Fault(0x2310), "a measured current above 96 A"),
     bit(5, 1, "hardware: over-voltage", Fault(0x3210), "motor supply above 56 V"),
     bit(5, 2, "hardware: under-voltage", Fault(0x3220), "motor supply below 10 V for 10 ms"),
@@ -141,7 +141,7 @@ const fn announced(bit: &StatusBit) -> Option<(u16, Kind)> {
         Effect::Fault(code) => Some((code, Kind::Fault)),
         Effect::Critical(code) => Some((code, Kind::Critical)),
         Effect::Announced(code) => Some((code, Kind::Warning)),
-        Effect::Shown | Effect::Never => None,
+        Effect::Shown => None,
     }
 }
 
@@ -191,6 +191,33 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
         n += 1;
     }
     rows
+};
+
+/// The names of the bits.
+#[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+pub(super) const BIT_NAMES: [(Address, u8, &str); STATUS_BITS.len()] = {
+    let mut names = [(Address::new(STATUS, 0), 0, ""); STATUS_BITS.len()];
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        let StatusBit { sub, bit, name, .. } = STATUS_BITS[n];
+        names[n] = (Address::new(STATUS, sub), bit, name);
+        n += 1;
+    }
+    names
+};
+
+/// What the own causes are called: the names of their bits.
+#[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+pub(super) const CAUSE_NAMES: [&str; FAULT_COUNT] = {
+    let mut names = [""; FAULT_COUNT];
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        if let Some(number) = cause(n) {
+            names[number as usize] = STATUS_BITS[n].name;
+        }
+        n += 1;
+    }
+    names
 };
 
 const _: () = assert!(STATUS_BITS.len() <= 64 && FAULT_COUNT <= 32);

@@ -13,6 +13,8 @@ mod motor;
 
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
+use crate::commissioning::Commissioning;
+use crate::operation::{Machine, Operation};
 use crate::own::OwnKind;
 use crate::p3;
 use crate::{AxisPersonality, ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
@@ -74,6 +76,7 @@ pub static P3_EXTENDED: Personality = Personality {
         inputs: Some(inputs::objects(&OBJECTS_CONST)),
     }],
     faults: FAULTS,
+    own_causes: &[],
     errors: ErrorRules {
         keeps_last_code: false,
         bus_off_leaves_state: true,
@@ -86,6 +89,12 @@ pub static P3_EXTENDED: Personality = Personality {
     node_id: None, // LSS gives it
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
+    words: p3::WORDS,
+    operation: Operation {
+        machine: Machine::Standard,
+        ..p3::OPERATION
+    },
+    commissioning: Commissioning::BY_MASTER,
     own: OwnKind::Nothing,
     serial: None,
     commissioned: &[],

@@ -10,6 +10,7 @@ mod behaviour;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub mod properties;
 
 pub use behaviour::{Behaviour, offers};
@@ -20,9 +21,10 @@ use canopen::{
     UploadReply, dictionary,
 };
 
+use crate::commissioning::Commissioning;
 use crate::own::OwnKind;
 use crate::p3;
-use crate::{AxisPersonality, ErrorRules, Personality};
+use crate::{AxisPersonality, ErrorRules, Personality, Words};
 
 const ROWS: &[&[Row]] = &[
     communication::ROWS,
@@ -39,7 +41,19 @@ pub static OBJECTS: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout
 pub(crate) const OBJECTS_CONST: Dictionary<{ dictionary::count(ROWS) }> = dictionary::layout(ROWS);
 
 /// Names of modes that are not CiA 402's (l.154, J15).
-pub const MODE_NAMES: &[(i8, &str)] = &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")];
+const WORDS: Words = Words {
+    modes: &[(1, "position"), (4, "torque"), (7, "Barrett trapezoid")],
+    ..Words::STANDARD
+};
+
+/// The manual has neither calibration nor gains.
+const COMMISSIONING: Commissioning = Commissioning {
+    calibrations: &[],
+    calibrating: Some(
+        "its manual has no calibration; 0x3F00,61 (MOFST), 62 and 74 (IOFST, IOFF) show what it works with",
+    ),
+    tuning: Some("its manual has no gains; 0x6083, 0x6084 and the targets are all there is to set"),
+};
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -96,6 +110,7 @@ pub static P3_JPL: Personality = Personality {
         inputs: None,
     }],
     faults: &faults::TABLE,
+    own_causes: &[],
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: true,
@@ -108,6 +123,9 @@ pub static P3_JPL: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
+    words: WORDS,
+    operation: operation::OPERATION,
+    commissioning: COMMISSIONING,
     own: OwnKind::P3Jpl,
     serial: None,
     commissioned: &[],

@@ -37,6 +37,11 @@ const fn command(row: Row) -> Row {
     row.rw().rpdo().asks()
 }
 
+/// The same of what a ramp or a limit is: the watchdog of commands must hear of it.
+const fn parameter(row: Row, n: u8) -> Row {
+    command(row).tells(CONFIGURATION + n * PER_AXIS)
+}
+
 /// "T".
 const fn feedback(row: Row) -> Row {
     row.tpdo().live()
@@ -58,7 +63,6 @@ pub(super) const fn rows(n: u8) -> [Row; ROWS] {
     let axis = base(n);
     let class = n * PER_AXIS;
     let channel = n + 1;
-    let limit = CONFIGURATION + class;
     [
         // R5: 16 bits, as in the standard.
         command(u16(axis + 0x40, 0, "Control word (CW)")),
@@ -66,12 +70,12 @@ pub(super) const fn rows(n: u8) -> [Row; ROWS] {
         command(i16(axis + 0x42, 0, "vl target velocity (S)").unit("RPM")).tells(TARGET_VL_VELOCITY + class),
         feedback(i16(axis + 0x43, 0, "vl velocity demand (RMP)").unit("RPM")),
         feedback(i16(axis + 0x44, 0, "vl velocity actual value (F)").unit("RPM")), // R6
-        u32(axis + 0x46, 1, "vl velocity min amount (SPL)").unit("RPM").rw().rpdo().tells(limit),
-        u32(axis + 0x46, 2, "vl velocity max amount (SPL)").unit("RPM").rw().rpdo().tells(limit).default(1000),
-        u32(axis + 0x48, 1, "vl acceleration, delta speed (SAC)").unit("0.1RPM").rw().rpdo().tells(limit).default(RATE),
-        u16(axis + 0x48, 2, "vl acceleration, delta time (SAC)").unit("s").rw().rpdo().tells(limit).default(1),
-        u32(axis + 0x49, 1, "vl deceleration, delta speed (SDC)").unit("0.1RPM").rw().rpdo().tells(limit).default(RATE),
-        u16(axis + 0x49, 2, "vl deceleration, delta time (SDC)").unit("s").rw().rpdo().tells(limit).default(1),
+        parameter(u32(axis + 0x46, 1, "vl velocity min amount (SPL)").unit("RPM"), n),
+        parameter(u32(axis + 0x46, 2, "vl velocity max amount (SPL)").unit("RPM"), n).default(1000),
+        parameter(u32(axis + 0x48, 1, "vl acceleration, delta speed (SAC)").unit("0.1RPM"), n).default(RATE),
+        parameter(u16(axis + 0x48, 2, "vl acceleration, delta time (SAC)").unit("s"), n).default(1),
+        parameter(u32(axis + 0x49, 1, "vl deceleration, delta speed (SDC)").unit("0.1RPM"), n).default(RATE),
+        parameter(u16(axis + 0x49, 2, "vl deceleration, delta time (SDC)").unit("s"), n).default(1),
         command(i8(axis + 0x60, 0, "Modes of operation (ROM)")),
         feedback(i8(axis + 0x61, 0, "Modes of operation display (AOM)")), // R15
         feedback(i32(axis + 0x64, 0, "Position actual value (F)")),
@@ -79,10 +83,10 @@ pub(super) const fn rows(n: u8) -> [Row; ROWS] {
         command(i16(axis + 0x71, 0, "Target torque (TC)").unit("0.1A")).tells(TARGET_TORQUE + class), // R12
         feedback(i16(axis + 0x77, 0, "Torque actual value (A)").unit("0.1A")),
         command(i32(axis + 0x7A, 0, "Target position (POS)")).tells(TARGET_POSITION + class),
-        u32(axis + 0x81, 0, "Profile velocity (PSP)").unit("RPM").rw().rpdo().tells(limit).default(1000),
-        u32(axis + 0x83, 0, "Profile acceleration (PAC)").unit("0.1RPM/s").rw().rpdo().tells(limit).default(RATE),
-        u32(axis + 0x84, 0, "Profile deceleration (PDC)").unit("0.1RPM/s").rw().rpdo().tells(limit).default(RATE), // R7
-        u32(axis + 0x87, 0, "Torque slope (TSL)").unit("0.1mA/s").rw().rpdo().tells(limit).default(RATE), // R9
+        parameter(u32(axis + 0x81, 0, "Profile velocity (PSP)").unit("RPM"), n).default(1000),
+        parameter(u32(axis + 0x83, 0, "Profile acceleration (PAC)").unit("0.1RPM/s"), n).default(RATE),
+        parameter(u32(axis + 0x84, 0, "Profile deceleration (PDC)").unit("0.1RPM/s"), n).default(RATE), // R7
+        parameter(u32(axis + 0x87, 0, "Torque slope (TSL)").unit("0.1mA/s"), n).default(RATE), // R9
         command(i32(axis + 0xFF, 0, "Target velocity (S)").unit("RPM")).tells(TARGET_VELOCITY + class), // R8
         // R21: its bits know no negative modes.
         u32(axis + 0x502, 0, "Supported drive modes (SDM)").constant().default(0x0F),
@@ -188,7 +192,7 @@ const fn axis<const N: usize>(objects: &Dictionary<N>, n: u8) -> AxisObjects {
             )
         },
         homing: None,
-        rated_torque_nm: Figure::Fixed(motor::RATED_A * motor::TORQUE_CONSTANT),
+        rated_torque_nm: Figure::Fixed(motor::RATED_NM),
         polarity: None,
         gear: None,
     }

@@ -3,6 +3,7 @@
 //! The document names the command of each object ("RoboCommand"); how a line is written is in Roboteq's
 //! user manual. A value has the same unit by both ways.
 
+use super::communication::VARIABLES;
 use crate::serial::{Action, Command, Kind, Object, Of, SerialPort};
 
 /// The serial line: 115,200 bit/s, eight data bits, no parity, one stop bit.
@@ -94,15 +95,22 @@ pub static COMMANDS: &[Command] = &[
     query("C", Of::Channel, Object::channels(0x2104)),
     query("E", Of::Channel, Object::channels(0x2114)),
     query("BA", Of::Channel, Object::channels(0x210C)),
+    query("SR", Of::Channel, Object::channels(0x2107)),
+    query("T", Of::Elements(2), Object::single(0x210F, 1)),
+    command("VAR", Of::Elements(VARIABLES), Object::single(0x2005, 1)),
+    query("VAR", Of::Elements(VARIABLES), Object::single(0x2106, 1)),
     query("V", Of::Elements(3), Object::single(0x210D, 1)),
     query("FS", Of::Drive, Object::single(0x2111, 0)),
     query("FF", Of::Drive, Object::single(0x2112, 0)),
     query("FM", Of::Channel, Object::channels(0x2122)),
     command("EX", Of::Order, Object::single(0x200C, 0)),
     command("MG", Of::Order, Object::single(0x200D, 0)),
+    command("EES", Of::Order, Object::single(0x2017, 0)),
     command("MS", Of::Drive, Object::single(0x200E, 0)),
     set("FSA", Of::Drive, STATE_MACHINE),
     get("FSA", Of::Drive, STATE_MACHINE),
+    set("RWD", Of::Drive, Object::single(0x3008, 0)),
+    get("RWD", Of::Drive, Object::single(0x3008, 0)),
     set("OVL", Of::Drive, Object::single(0x30F4, 1)),
     get("OVL", Of::Drive, Object::single(0x30F4, 1)),
     set("UVL", Of::Drive, Object::single(0x30F4, 2)),

@@ -35,7 +35,7 @@ pub(super) const ROWS: &[Row] = &[
     u32(0x1018, 2, "Product code").constant(),
     u32(0x1018, 3, "Revision number").constant(),
     u32(0x1018, 4, "Serial number"),
-    i32(0x2005, 1, "Set user variable (VAR)").subs(VARIABLES).wo().rpdo(),
+    i32(0x2005, 1, "Set user variable (VAR)").subs(VARIABLES).wo().rpdo().asks(),
     i32(0x2106, 1, "Read user variable (VAR)").subs(VARIABLES).tpdo().live(),
     u8(0x200C, 0, "Emergency stop (EX)").wo().rpdo().asks(),
     u8(0x200D, 0, "Release emergency stop (MG)").wo().rpdo().asks(),
@@ -49,7 +49,9 @@ pub(super) const ROWS: &[Row] = &[
     u16(0x2111, 0, "Status flags (FS)").tpdo().live(),
     u16(0x2112, 0, "Fault flags (FF)").tpdo().live(),
     // What a serial line sets with ^. The document has no access to it by CAN; these numbers are ours.
-    u8(0x30F1, 0, "State machine is active (^FSA)").rw().range(0, 1).store(Application),
+    // 0x3008 has the number that the maker's manual gives to ^RWD, as those of the channels have theirs.
+    u16(0x3008, 0, "Watchdog of commands (^RWD)").rw().unit("ms").range(0, 65_000).default(1000).store(Application),
+    u8(0x30F1, 0, "State machine is active (^FSA)").rw().range(0, 1).asks().store(Application),
     u16(0x30F4, 1, "Overvoltage limit (^OVL)").rw().unit("0.1V").range(100, 650).default(500).store(Application),
     u16(0x30F4, 2, "Undervoltage limit (^UVL)").rw().unit("0.1V").range(50, 650).default(100).store(Application),
     u16(0x30F4, 3, "Overtemperature limit (^OTL)").rw().unit("degC").range(40, 125).default(85).store(Application),

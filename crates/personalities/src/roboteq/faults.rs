@@ -11,6 +11,9 @@ pub(super) const EMERGENCY_STOP: u8 = 0;
 /// Own cause: the closed loop error has lasted (^CLERD).
 pub(super) const LOOP_ERROR: u8 = 1;
 
+/// What the two are called.
+pub(super) const OWN_CAUSES: &[&str] = &["emergency stop", "closed loop error"];
+
 const fn row(
     cause: Cause,
     code: u16,

@@ -11,12 +11,15 @@ pub mod command_line;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub(crate) mod own;
+mod words;
 
 use can::BitRate;
 use canopen::{Device, Dictionary, Row, dictionary};
 use cia402::Mode;
 
+use crate::commissioning::Commissioning;
 use crate::own::OwnKind;
 use crate::{ErrorRules, FaultRow, Personality, SupplyRules};
 
@@ -50,14 +53,18 @@ const ONE: Dictionary<{ dictionary::count(ROWS_1) }> = dictionary::layout(ROWS_1
 const TWO: Dictionary<{ dictionary::count(ROWS_2) }> = dictionary::layout(ROWS_2);
 const THREE: Dictionary<{ dictionary::count(ROWS_3) }> = dictionary::layout(ROWS_3);
 
-/// Names of modes that are not CiA 402's (Table 1).
-pub const MODE_NAMES: &[(i8, &str)] = &[
-    (-4, "velocity, by position"),
-    (-3, "profile velocity, by position"),
-    (-2, "position tracking"),
-    (-1, "position relative"),
-    (0, "open loop"),
-];
+/// The document has neither calibration nor gains.
+const COMMISSIONING: Commissioning = Commissioning {
+    calibrations: &[],
+    calibrating: Some(
+        "its document has no calibration, neither by CAN nor by the serial line; the motor is set up \
+         with the maker's own tool",
+    ),
+    tuning: Some(
+        "its document has no gains, neither by CAN nor by the serial line; they are set with the maker's \
+         own tool",
+    ),
+};
 
 /// Its CANopen.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
@@ -108,6 +115,7 @@ const COMMON: Personality = Personality {
     cia402: CIA402,
     axes: &[axis::channel(&ONE, 0)],
     faults: FAULTS_1,
+    own_causes: faults::OWN_CAUSES,
     errors: ErrorRules {
         bus_off_leaves_state: false,
         keeps_last_code: false,
@@ -124,6 +132,9 @@ const COMMON: Personality = Personality {
     node_id: None,
     stores_single_entry: None,
     termination: None,
+    words: words::WORDS,
+    operation: operation::OPERATION,
+    commissioning: COMMISSIONING,
     own: OwnKind::Roboteq,
     commissioned: &[],
     host: None,

@@ -1,11 +1,9 @@
 //! The motor on each channel, and the power stage: the document has no objects for their figures.
 //!
 //! A brushless motor of the size that a small controller drives, at 24 V: maxon EC 45 flat, 30 W, the
-//! winding for 24 V with Hall sensors, 339281. From the maker's catalogue: 5.53 Ncm and 1.01 A
-//! continuous, 25.3 Ncm and 4.97 A with the rotor held, 4,380 RPM and 73 mA without load. 24 V / 4.97 A
-//! are 4.83 Ω, 25.3 Ncm / 4.97 A are 50.9 mNm/A. Inductance and rotor inertia are those of the 12 V
-//! winding of the same sheet, 0.56 mH and 92.5 gcm²; four times the first for twice the turns. Eight
-//! pole pairs. The encoder on it has 1,024 lines, 4,096 counts.
+//! winding for 24 V with Hall sensors, 339281. From the maker's catalogue, edition of May 2012, page 193:
+//! 55.3 mNm and 1.01 A continuous, 4,380 RPM and 73 mA without load, 4.83 Ω and 2.24 mH between two
+//! phases, 51.0 mNm/A, 92.5 gcm², eight pole pairs. The encoder on it has 1,024 lines, 4,096 counts.
 
 use crate::{
     AmplifierObjects, BridgeTimeObjects, Figure, GainObjects, LoopObjects, MotionLoop, MotorObjects,
@@ -13,10 +11,13 @@ use crate::{
 
 /// Encoder counts of a turn.
 pub(super) const COUNTS: f32 = 4096.0;
-/// Continuous current, A of phase amplitude: 5.53 Ncm over the torque constant.
+/// Continuous current, A of phase amplitude: 55.3 mNm over the torque constant.
 pub(super) const RATED_A: f32 = 1.2;
-/// Nm per A of phase amplitude: 50.9 mNm/A for block commutation make 46.2 for sinusoidal.
-pub(super) const TORQUE_CONSTANT: f32 = 0.046_2;
+/// Nm per A of phase amplitude: 51.0 mNm/A for block commutation make 46.25 for sinusoidal.
+pub(super) const TORQUE_CONSTANT: f32 = 0.046_25;
+
+/// Torque at the continuous current, Nm.
+pub(super) const RATED_NM: f32 = 0.055_5;
 
 /// What the controllers know of it.
 pub(super) const MOTOR: MotorObjects = MotorObjects {

@@ -3,6 +3,9 @@
 /// The longest line that is taken, its end not counted.
 pub(crate) const LONGEST: usize = 64;
 
+/// ENQ.
+const ENQUIRY: u8 = 0x05;
+
 /// What a byte did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Taken {
@@ -12,6 +15,8 @@ pub(crate) enum Taken {
     End,
     /// Nothing.
     Passed,
+    /// It asks whether anybody is there.
+    Enquiry,
     /// It has spoilt the line.
     Spoilt,
 }
@@ -32,11 +37,13 @@ impl Line {
         spoilt: false,
     };
 
-    /// Takes a byte. A line ends with a carriage return or an underscore; a line feed is passed over.
+    /// Takes a byte. A line ends with a carriage return or an underscore; other control characters are
+    /// passed over, and ENQ asks whether anybody is there, whatever line it stands in.
     pub(crate) fn push(&mut self, byte: u8) -> Taken {
         match byte {
             b'\r' | b'_' => Taken::End,
-            b'\n' => Taken::Passed,
+            ENQUIRY => Taken::Enquiry,
+            0..b' ' => Taken::Passed,
             b' '..=b'~' => match self.bytes.get_mut(usize::from(self.length)) {
                 Some(place) if !self.spoilt => {
                     *place = byte;

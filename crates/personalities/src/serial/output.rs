@@ -1,10 +1,12 @@
 //! What waits to be sent.
 
+use super::session::MOST_VALUES;
+
 /// Bytes that can wait.
 const ROOM: usize = 256;
-/// The longest answer and the echo of what asked for it: a name of five characters, six numbers of
-/// eleven with what stands between them, two ends of lines.
-const LONGEST_ANSWER: usize = 5 + 6 * 12 + 2;
+/// The longest answer and the echo of what asked for it: a name of five characters, numbers of eleven
+/// with what stands between them, two ends of lines.
+const LONGEST_ANSWER: usize = 5 + MOST_VALUES * 12 + 2;
 
 /// Bytes in the order in which they are sent. What does not fit is lost.
 #[derive(Clone, Copy, Debug)]

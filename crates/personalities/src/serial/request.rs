@@ -34,10 +34,16 @@ pub(crate) fn parse(text: &[u8]) -> Option<Request<'_>> {
         return history(rest.trim_ascii());
     }
     let kind = Kind::of(*prefix)?;
+    // The first number may follow the name at once: `?T2`.
+    let rest = rest.trim_ascii_start();
+    let end = rest.iter().position(|byte| !byte.is_ascii_alphabetic());
+    let (name, rest) = rest.split_at_checked(end.unwrap_or(rest.len()))?;
+    if name.is_empty() {
+        return None;
+    }
     let mut words = rest
         .split(|byte| *byte == b' ')
         .filter(|word| !word.is_empty());
-    let name = words.next()?;
     let numbers = match (words.next(), words.next(), words.next()) {
         (None, ..) => Numbers::None,
         (Some(one), None, _) => Numbers::One(number(one)?),
@@ -119,7 +125,7 @@ mod tests {
                 numbers,
             })
         };
-        let rows: [(&[u8], Option<Request<'_>>); 16] = [
+        let rows: [(&[u8], Option<Request<'_>>); 20] = [
             (
                 b"!CW 1 15",
                 command(Kind::Command, b"CW", Numbers::Two(1, 15)),
@@ -129,6 +135,10 @@ mod tests {
                 command(Kind::Command, b"CW", Numbers::Two(1, 15)),
             ),
             (b"?sw", command(Kind::Query, b"sw", Numbers::None)),
+            (b"?T2", command(Kind::Query, b"T", Numbers::One(2))),
+            (b"!G1 -5", command(Kind::Command, b"G", Numbers::Two(1, -5))),
+            (b"!G-5", command(Kind::Command, b"G", Numbers::One(-5))),
+            (b"!1 5", None),
             (b"~MAC 2", command(Kind::Get, b"MAC", Numbers::One(2))),
             (b"^FSA 1", command(Kind::Set, b"FSA", Numbers::One(1))),
             (

@@ -14,7 +14,8 @@ use super::{Action, Command, Kind, Objects, Of};
 /// [`CommandLine::poll`] at [`CommandLine::next_deadline`]; and send what [`CommandLine::transmit`]
 /// gives. Whatever comes, it is answered or passed over: no input is an error of the program.
 ///
-/// A line ends with a carriage return or an underscore. Small letters mean the same as capitals.
+/// A line ends with a carriage return or an underscore. Small letters mean the same as capitals, and
+/// other control characters nothing, but for ENQ (0x05), which is answered ACK (0x06) at once.
 /// Characters are sent back as they come, unless that is switched off. A line that is too long, has
 /// something in it that is no text, or makes no sense is answered `-`.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +32,9 @@ pub struct CommandLine {
     /// The line has not been answered: parameters are being stored.
     waits: bool,
 }
+
+/// ACK: somebody is there.
+const ACKNOWLEDGE: u8 = 0x06;
 
 /// The line was not obeyed: its answer is `-`.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +76,9 @@ impl CommandLine {
         let taken = self.line.push(byte);
         if self.echoes && matches!(taken, Taken::Character | Taken::End) {
             self.output.push(byte);
+        }
+        if taken == Taken::Enquiry {
+            self.output.push(ACKNOWLEDGE);
         }
         if taken == Taken::End {
             let line = core::mem::replace(&mut self.line, Line::EMPTY);
@@ -310,8 +317,8 @@ impl CommandLine {
     }
 }
 
-/// The most values that one answer has: two for each of three channels.
-const MOST_VALUES: usize = 6;
+/// The most values that one answer has.
+pub(super) const MOST_VALUES: usize = 16;
 
 /// The channel, and how many sub-indices further, of a value.
 fn place(command: &Command, which: u8) -> (u8, u8) {

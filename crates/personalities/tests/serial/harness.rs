@@ -157,6 +157,7 @@ pub fn run(input: &[u8]) {
     let mut lines = 0_u64;
     let mut polls = 0_u64;
     let mut stored = 0_u64;
+    let mut enquiries = 0_u64;
     let mut sent = Vec::new();
     let mut bytes = input.iter();
     while let Some(byte) = bytes.next() {
@@ -182,7 +183,7 @@ pub fn run(input: &[u8]) {
                 assert!(bench.line.is_silent() && bench.line.is_ready());
                 assert_eq!(bench.line.next_deadline(), Instant::NEVER);
                 sent.clear();
-                (lines, polls, stored) = (0, 0, 0);
+                (lines, polls, stored, enquiries) = (0, 0, 0, 0);
             }
             // Only some of what waits is sent before the next byte.
             0xB8..=0xBF => {
@@ -213,6 +214,7 @@ pub fn run(input: &[u8]) {
                 if matches!(byte, b'\r' | b'_') {
                     lines += 1;
                 } else {
+                    enquiries += u64::from(byte == 0x05);
                     assert_eq!(bench.drive, before, "only a whole line writes");
                 }
             }
@@ -223,8 +225,10 @@ pub fn run(input: &[u8]) {
     }
     assert!(
         sent.iter()
-            .all(|byte| *byte == b'\r' || byte.is_ascii_graphic() || *byte == b' ')
+            .all(|byte| matches!(byte, b'\r' | 0x06 | b' '..=b'~'))
     );
+    let acknowledged = sent.iter().filter(|byte| **byte == 0x06).count() as u64;
+    assert!(acknowledged <= enquiries, "{acknowledged} {enquiries}");
     // Echoes of line ends, and an answer each.
     let ends = sent.iter().filter(|byte| **byte == b'\r').count() as u64;
     assert!(ends <= 2 * lines + polls + stored, "{ends} {lines} {polls}");

@@ -5,10 +5,7 @@ use crate::harness::{Bench, run};
 #[test]
 fn what_is_no_text_spoils_its_line_only() {
     let mut bench = Bench::quiet(1);
-    for byte in (0..=31).chain(127..=255) {
-        if matches!(byte, b'\r' | b'\n') {
-            continue;
-        }
+    for byte in 127..=255 {
         let line = [b'!', b'C', b'W', b' ', b'1', byte, b'5', b'\r'];
         assert_eq!(bench.say(&line), "-\r", "{byte:#04X}");
         assert_eq!(bench.drive.get(0x6040, 0), 0);
@@ -16,12 +13,32 @@ fn what_is_no_text_spoils_its_line_only() {
     }
 }
 
+/// "All other characters lower than 0x20 have no effect", says the maker's user manual, but for ENQ, which
+/// it has answered ACK.
+#[test]
+fn control_characters_are_passed_over_and_enq_is_answered() {
+    let mut bench = Bench::new(1);
+    for byte in 0..=31_u8 {
+        let mut line = b"?CW\r".to_vec();
+        line.insert(2, byte);
+        let answer = bench.say(&line);
+        match byte {
+            b'\r' => assert_eq!(answer, "?C\rC=0\rW\r-\r"),
+            0x05 => assert_eq!(answer, "?C\x06W\rCW=0\r"),
+            _ => assert_eq!(answer, "?CW\rCW=0\r", "{byte:#04X}"),
+        }
+    }
+    // Also in the middle of what is no line, and whether it echoes or not.
+    assert_eq!(bench.say(b"^ECHOF 1\r"), "^ECHOF 1\r+\r");
+    assert_eq!(bench.say(b"\xFF\x05\x05\r"), "\x06\x06-\r");
+}
+
 /// What is not acknowledged as part of a line is not sent back.
 #[test]
 fn garbage_is_not_echoed() {
     let mut bench = Bench::new(1);
     assert_eq!(bench.say(b"\xFF\x00\x80?A\r"), "\r-\r");
-    assert_eq!(bench.say(b"?A\x07\r"), "?A\r-\r");
+    assert_eq!(bench.say(b"?A\x07\r"), "?A\rA=0\r");
 }
 
 #[test]

@@ -34,6 +34,8 @@ const WRITES: &[Row] = &[
     ("!EX", YES, (0x200C, 0), 0, 1),
     ("!EX 1", NO, (0x200C, 0), 0, 0),
     ("!MG", YES, (0x200D, 0), 0, 1),
+    ("!EES", YES, (0x2017, 0), 0, 1),
+    ("!EES 1", NO, (0x2017, 0), 0, 0),
     ("!MS 2", YES, (0x200E, 0), 0, 2),
     ("!MS 1 2", NO, (0x200E, 0), 0, 0),
     ("!G 1 -1000", YES, (0x2000, 1), 0, -1000),
@@ -67,6 +69,9 @@ const WRITES: &[Row] = &[
     ("!TC 2 25", YES, (0x6871, 0), 0, 25),
     ("!TSL 1 20000", YES, (0x6087, 0), 0, 20_000),
     ("!TSL 3 20000", YES, (0x7087, 0), 0, 20_000),
+    ("!VAR 16 -7", YES, (0x2005, 16), 0, -7),
+    ("!VAR 17 -7", NO, (0x2005, 16), 0, 0),
+    ("^RWD 0", YES, (0x3008, 0), 1000, 0),
     ("^FSA 1", YES, (0x30F1, 0), 0, 1),
     ("^FSA 1 1", NO, (0x30F1, 0), 0, 0),
     ("^MMOD 1 3", YES, (0x3027, 1), 0, 3),
@@ -92,7 +97,13 @@ const WRITES: &[Row] = &[
     ("^CW 1 15", NO, (0x6040, 0), 4, 4),
     ("%CW 1 15", NO, (0x6040, 0), 4, 4),
     ("!XYZ 1 15", NO, (0x6040, 0), 4, 4),
-    ("!CW1 15", NO, (0x6040, 0), 4, 4),
+    ("!C W 1 15", NO, (0x6040, 0), 4, 4),
+    ("!1 15", NO, (0x6040, 0), 4, 4),
+    ("!", NO, (0x6040, 0), 4, 4),
+    // As the maker's manual writes `?T2`: the number needs no space.
+    ("!CW1 15", YES, (0x6040, 0), 4, 15),
+    ("!CW2 -1", YES, (0x6840, 0), 4, -1),
+    ("!CW115", NO, (0x6040, 0), 4, 4),
     ("CW 1 15", NO, (0x6040, 0), 4, 4),
 ];
 
@@ -121,6 +132,7 @@ const READS: &[Query] = &[
     ("?BA", "BA", [(0x210C, 1), (0x210C, 2), (0x210C, 3)]),
     ("?FM", "FM", [(0x2122, 1), (0x2122, 2), (0x2122, 3)]),
     ("?V", "V", [(0x210D, 1), (0x210D, 2), (0x210D, 3)]),
+    ("?SR", "SR", [(0x2107, 1), (0x2107, 2), (0x2107, 3)]),
     ("~MXRPM", "MXRPM", [(0x3036, 1), (0x3036, 2), (0x3036, 3)]),
     ("~ALIM", "ALIM", [(0x302A, 1), (0x302A, 2), (0x302A, 3)]),
     ("~ELL", "ELL", [(0x30F2, 1), (0x30F2, 2), (0x30F2, 3)]),
@@ -191,6 +203,7 @@ fn what_the_drive_has_once() {
         ("?FS", "FS", (0x2111, 0)),
         ("?FF", "FF", (0x2112, 0)),
         ("~FSA", "FSA", (0x30F1, 0)),
+        ("~RWD", "RWD", (0x3008, 0)),
         ("~OVL", "OVL", (0x30F4, 1)),
         ("~UVL", "UVL", (0x30F4, 2)),
         ("~OTL", "OTL", (0x30F4, 3)),
@@ -202,6 +215,23 @@ fn what_the_drive_has_once() {
         bench.drive.set(index, sub, 0);
         assert_eq!(bench.say(format!("{line} 1\r").as_bytes()), NO);
     }
+}
+
+/// User variables are elements; an answer has room for all.
+#[test]
+fn sixteen_values_are_one_answer() {
+    let mut bench = Bench::new(1);
+    for element in 1..=16 {
+        bench.drive.set(0x2106, element, i64::from(i32::MIN));
+    }
+    let all = ["-2147483648"; 16].join(":");
+    assert_eq!(bench.say(b"?VAR\r"), format!("?VAR\rVAR={all}\r"));
+    assert_eq!(bench.say(b"?VAR16\r"), "?VAR16\rVAR=-2147483648\r");
+    bench.drive.set(0x210F, 1, 20);
+    bench.drive.set(0x210F, 2, 30);
+    assert_eq!(bench.say(b"?T\r"), "?T\rT=20:30\r");
+    assert_eq!(bench.say(b"?T2\r"), "?T2\rT=30\r");
+    assert_eq!(bench.say(b"?T3\r"), "?T3\r-\r");
 }
 
 /// With one channel its number may be left out, and there is no other.

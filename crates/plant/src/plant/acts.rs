@@ -68,6 +68,53 @@ impl<R: Real> Plant<R> {
         self.sensors.reader().slip(angle);
     }
 
+    /// Lets the encoder count the other way round (its direction bit): a turn of N counts reads N less
+    /// what it was; or as it was made.
+    pub fn set_encoder_turned(&mut self, turned: bool) {
+        self.sensors.reader().set_turned(turned);
+    }
+
+    /// The same of the encoder on the output, if there is one.
+    pub fn set_output_encoder_turned(&mut self, turned: bool) {
+        if let Some(encoder) = &mut self.parameters.output_encoder
+            && turned != self.output_turned
+        {
+            self.output_turned = turned;
+            *encoder = encoder.turned();
+        }
+    }
+
+    /// Takes off the cable of the encoder on the output, or puts it on.
+    pub fn set_output_encoder_silent(&mut self, silent: bool) {
+        if let Some(encoder) = &mut self.parameters.output_encoder {
+            encoder.silent = silent;
+        }
+    }
+
+    /// Moves the magnet of the encoder on the output to a distance from its sensor, mm.
+    pub fn set_output_magnet_mm(&mut self, distance_mm: f32) {
+        if let Some(encoder) = &mut self.parameters.output_encoder {
+            encoder.magnet_mm = distance_mm;
+        }
+    }
+
+    /// Sets the voltage with which the gate drivers drive, V; `None` is the 12 V that it should be. Below
+    /// 8 V they open the bridge and say so, from 8.5 V on they drive again.
+    pub fn set_gate_supply_v(&mut self, voltage_v: Option<f32>) {
+        self.gate_driver.set_supply_v(voltage_v);
+    }
+
+    /// Sets the temperature of the gate drivers, °C; `None` is that of a cool board. From 170 °C on they
+    /// open the bridge and say so, below 150 °C they drive again.
+    pub fn set_gate_driver_temperature_c(&mut self, temperature_c: Option<f32>) {
+        self.gate_driver.set_temperature_c(temperature_c);
+    }
+
+    /// Cuts the gate drivers' serial interface, or mends it. They drive all the same.
+    pub fn set_gate_driver_silent(&mut self, silent: bool) {
+        self.gate_driver.set_silent(silent);
+    }
+
     /// Starts the sensors' noise anew from a seed, which may be another for each drive of a batch.
     pub fn set_noise_seed(&mut self, seed: R::Count) {
         self.sensors.set_noise_seed(seed);

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use can::{Frame, StandardId};
 use canopen::Instant;
 
+use super::protocol::State;
 use super::{ErrorKind, ErrorState, Event, Protocol};
 use crate::wire_act::BitPlace;
 
@@ -17,6 +18,8 @@ pub(super) struct Bench {
     /// What is flipped in the frames to come, and in the present one.
     pub(super) flips: VecDeque<(u16, Option<usize>)>,
     flip: Option<(u16, Option<usize>)>,
+    /// Starts of frame that a node has read by a flip where the wire was free.
+    pub(super) phantoms: usize,
     /// What the cable does to every bit.
     pub(super) stuck: Option<bool>,
 }
@@ -49,6 +52,7 @@ impl Bench {
             number: u16::MAX,
             flips: VecDeque::new(),
             flip: None,
+            phantoms: 0,
             stuck: None,
         };
         bench.run(11);
@@ -76,6 +80,11 @@ impl Bench {
         for (n, node) in self.nodes.iter_mut().enumerate() {
             let flipped = flip.is_some_and(|(_, who)| who.is_none_or(|who| who == n));
             let waiting = node.queue.front().copied();
+            let free = matches!(
+                node.protocol.state,
+                State::Idle | State::Suspended(_) | State::Intermission(2)
+            );
+            self.phantoms += usize::from(flipped && level && free);
             match node.protocol.read(level != flipped, waiting) {
                 Some(Event::Received(frame)) => node.received.push(frame),
                 Some(Event::Sent(frame)) => {

@@ -40,6 +40,20 @@ pub(crate) enum Act {
     Magnet(Option<f32>),
     /// The magnet turns on the shaft, turns.
     Slip(f64),
+    /// The encoder counts the other way round, or as made.
+    EncoderTurned(bool),
+    /// The cable of the encoder on the output is off, or on.
+    OutputSilent(bool),
+    /// The encoder on the output counts the other way round, or as made.
+    OutputTurned(bool),
+    /// Distance of its magnet, mm; `None` is as made.
+    OutputMagnet(Option<f32>),
+    /// Voltage for the gates, V; `None` is what it should be.
+    GateSupply(Option<f32>),
+    /// Temperature of the gate drivers, °C; `None` is cool.
+    GateDriverTemperature(Option<f32>),
+    /// The gate drivers' serial interface does not answer, or does again.
+    GateDriverSilent(bool),
     /// A switch is pressed, or held open, or left to the shaft.
     Switch(SwitchName, Option<bool>),
     /// Level of a digital input, by its bit in 0x60FD.

@@ -115,6 +115,10 @@ pub(super) fn cast(
         }
     }
     for event in scenario.events.iter() {
+        if let (Some(axis), true) = (&event.axis, event.act.is_upon_supply()) {
+            let what = "all axes of a drive have one supply".to_owned();
+            findings.push(&axis.span, what, "leave axis out");
+        }
         if let Trigger::At(at) = event.trigger
             && Instant(at) >= end
         {
@@ -207,7 +211,7 @@ pub(super) fn world(
     }
 }
 
-/// Switches that a drive does not have, and inputs that belong to one.
+/// Switches and encoders that a drive does not have, and inputs that belong to a switch.
 pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &mut Findings<'_>) {
     for event in scenario.events.iter() {
         let meant = |drive: &&DriveSettings| match event.target.value {
@@ -231,6 +235,14 @@ pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &m
                             format!("say where it is, with {keys} in [drive.{place}.switches]");
                         findings.push(&event.target.span, what, remedy);
                     }
+                }
+                Act::OutputSilent(_) | Act::OutputTurned(_) | Act::OutputMagnet(_)
+                    if drive.plant.output_encoder.is_none() =>
+                {
+                    let what = format!("drive {place} has no encoder on its output");
+                    let remedy =
+                        format!("give it one, with output_gear in [drive.{place}.encoder]");
+                    findings.push(&event.target.span, what, remedy);
                 }
                 Act::Input(bit @ 0..=2, _) => {
                     let all = [

@@ -271,7 +271,7 @@ fn read_world(
             read_parameters(name, value, findings, &mut |parameter, value, findings| {
                 let none = matches!(value.get_ref(), DeValue::String(word) if word == "none");
                 if none && parameter.may_be_none() {
-                    let (value, span) = (parameter.default(), value.span());
+                    let (value, span) = (parameter.none(), value.span());
                     given.push((parameter, Read { value, span }));
                     return;
                 }
@@ -304,6 +304,11 @@ fn read_axes(
             continue;
         };
         for (parameter, read) in read_world(&mut world, findings) {
+            if parameter.path.starts_with("supply.") {
+                let what = format!("{} is that of all axes", parameter.path);
+                findings.push(&read.span, what, "write it in the drive's own table");
+                continue;
+            }
             let axis = Read {
                 value: axis,
                 span: span.clone(),

@@ -286,11 +286,11 @@ pub const PARAMETERS: &[Parameter] = &[
         }), "The input is low while its switch is pressed."),
 
     row!("inverter.pwm_period", Time, 1e-6, 1e-3, pwm_period_s,
-        "PWM period at power-on; 0x3001,1 changes it."),
+        "PWM period at power-on; a P3's 0x3001,1 changes it."),
     row!("inverter.delay_periods", Whole, 0.0, 4.0, load_delay_periods,
-        "PWM periods between the command of a duty and its effect; slow converters (0x3001,7) add to them."),
+        "PWM periods between the command of a duty and its effect; slow converters (a P3's 0x3001,7) add to them."),
     row!("inverter.dead_time", Time, 0.0, 1e-4, bridge.dead_time_s,
-        "What drivers and switches add to the dead time that the drive sets (0x3001,2); below a tenth of the PWM period."),
+        "What drivers and switches add to the dead time that the drive sets (a P3 by 0x3001,2); below a tenth of the PWM period."),
     row!("inverter.switch_resistance", Resistance, 0.0, 1e3, bridge.switch_ohm, "Resistance of a closed switch."),
     row!("inverter.diode_drop", Voltage, 0.0, 100.0, diode_drop_v,
         "Forward voltage of one free-wheeling diode."),
@@ -350,6 +350,13 @@ pub const PARAMETERS: &[Parameter] = &[
                 world.output_encoder = Some(OutputEncoder { reversed, ..output(world) });
             }
         }), "The second encoder's reading falls when the output turns in its positive direction."),
+    row!("encoder.output_magnet_distance", Length, 0.0, 1.0,
+        (|world| f64::from(output(world).magnet_mm) * 1e-3, |world, value| {
+            let magnet_mm = (value * 1e3) as f32;
+            if magnet_mm != output(world).magnet_mm {
+                world.output_encoder = Some(OutputEncoder { magnet_mm, ..output(world) });
+            }
+        }), "Distance of the second encoder's magnet from its sensor; 1 mm is best."),
     row!("encoder.output_silent", Flag, 0.0, 1.0,
         (|world| f64::from(u8::from(output(world).silent)), |world, value| {
             if value != 0.0 || world.output_encoder.is_some() {

@@ -1,5 +1,7 @@
 //! The parameters of a drive's world; their rows are in `parameter_rows.rs`.
 
+use personalities::Personality;
+use personalities::p3::P3;
 use plant::Parameters;
 
 use super::quantity::Quantity;
@@ -46,14 +48,22 @@ impl Parameter {
         (self.set)(world, value);
     }
 
-    /// What a virtual drive has unless it is told otherwise; infinite: none.
-    pub fn default(&self) -> f64 {
-        self.of(&usual())
+    /// What a virtual drive has unless it is told otherwise, infinite: none; `None` where its world has
+    /// nothing of the kind until a file says so.
+    pub fn default(&self, drive: &'static Personality) -> Option<f64> {
+        let world = usual(drive);
+        let warms = self.section() == "thermal" && self.key() != "ambient";
+        (!warms || world.thermal.is_some()).then(|| self.of(&world))
+    }
+
+    /// What stands for "none".
+    pub(super) fn none(&self) -> f64 {
+        self.of(&usual(&P3))
     }
 
     /// Whether a file may say that there is none.
     pub(super) fn may_be_none(&self) -> bool {
-        self.default().is_infinite()
+        self.none().is_infinite()
     }
 
     /// A value as people write it.
@@ -64,8 +74,8 @@ impl Parameter {
         }
     }
 
-    /// Unit, default and range as documents show them.
-    pub fn shown(&self) -> [String; 3] {
+    /// Unit, default of a drive and range as documents show them.
+    pub fn shown(&self, drive: &'static Personality) -> [String; 3] {
         let shown = |value| self.quantity.format(value);
         let mut range = match self.quantity {
             Quantity::Flag => "true or false".to_owned(),
@@ -74,18 +84,19 @@ impl Parameter {
         if self.may_be_none() {
             range.push_str(", or none");
         }
+        let default = self.default(drive);
         [
             self.quantity.main_unit().to_owned(),
-            self.format(self.default()),
+            default.map_or_else(|| "-".to_owned(), |value| self.format(value)),
             range,
         ]
     }
 }
 
 /// The world of a virtual drive that is told nothing.
-pub(super) fn usual() -> Parameters {
+pub(super) fn usual(drive: &'static Personality) -> Parameters {
     let node = Place::unconfigured(1).expect("a place");
-    DriveSettings::at(node, &personalities::p3::P3).plant
+    DriveSettings::at(node, drive).plant
 }
 
 #[cfg(test)]
@@ -97,7 +108,7 @@ mod tests {
     /// Each row reads what it writes, within its own limits, and nothing else changes.
     #[test]
     fn every_row_is_its_own_field() {
-        let mut usual = usual();
+        let mut usual = usual(&P3);
         let away = Some(Switch::between(1e4, 1e5));
         usual.switches = Switches {
             negative_limit: away,

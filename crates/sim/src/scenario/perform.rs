@@ -183,15 +183,15 @@ impl Act {
         }
     }
 
-    /// Whether the axes of a drive have in common what it is about.
+    /// Whether it is about a supply, which is that of all axes.
+    pub(super) fn is_upon_supply(&self) -> bool {
+        matches!(self, Act::MotorSupply(_) | Act::LogicSupply(_))
+    }
+
+    /// Whether all axes of a drive are meant unless one is named.
     fn is_shared(&self) -> bool {
-        matches!(
-            self,
-            Act::MotorSupply(_)
-                | Act::LogicSupply(_)
-                | Act::AmplifierTemperature(_)
-                | Act::Ambient(_)
-        )
+        let temperature = matches!(self, Act::AmplifierTemperature(_) | Act::Ambient(_));
+        temperature || self.is_upon_supply()
     }
 
     /// What the act does to a drive's world, which was `made` so.
@@ -304,6 +304,51 @@ impl Act {
                 let degrees = Quantity::Angle.format(turns * std::f64::consts::TAU);
                 format!("magnet of {of} slipped by {degrees}")
             }
+            Act::EncoderTurned(turned) => {
+                plant.set_encoder_turned(turned);
+                format!("encoder of {of} counts {}", direction(turned))
+            }
+            Act::OutputSilent(silent) => {
+                plant.set_output_encoder_silent(silent);
+                let state = if silent { "gives no answer" } else { "works" };
+                format!("output encoder of {of} {state}")
+            }
+            Act::OutputTurned(turned) => {
+                plant.set_output_encoder_turned(turned);
+                format!("output encoder of {of} counts {}", direction(turned))
+            }
+            Act::OutputMagnet(millimetres) => {
+                let as_made = made.output_encoder.map(|encoder| encoder.magnet_mm);
+                let millimetres = millimetres.or(as_made).unwrap_or(1.0);
+                plant.set_output_magnet_mm(millimetres);
+                let shown = Quantity::Length.format(f64::from(millimetres) * 1e-3);
+                format!("output magnet of {of} {shown} from its sensor")
+            }
+            Act::GateSupply(volts) => {
+                plant.set_gate_supply_v(volts);
+                match volts {
+                    Some(volts) => {
+                        let shown = shown(Quantity::Voltage, volts);
+                        format!("gate supply of {of} to {shown}")
+                    }
+                    None => format!("gate supply of {of} as it should be"),
+                }
+            }
+            Act::GateDriverTemperature(celsius) => {
+                plant.set_gate_driver_temperature_c(celsius);
+                match celsius {
+                    Some(celsius) => {
+                        let shown = shown(Quantity::Temperature, celsius);
+                        format!("gate drivers of {of} at {shown}")
+                    }
+                    None => format!("gate drivers of {of} cool"),
+                }
+            }
+            Act::GateDriverSilent(silent) => {
+                plant.set_gate_driver_silent(silent);
+                let state = if silent { "give no answer" } else { "answer" };
+                format!("gate drivers of {of} {state}")
+            }
             Act::Switch(switch, held) => {
                 plant.hold_switch(switch, held);
                 let state = match held {
@@ -357,6 +402,13 @@ fn between(short: Short) -> String {
         }
         Short::ToNegative(phase) => format!("phase {phase:?} to ground"),
         Short::ToPositive(phase) => format!("phase {phase:?} to the supply"),
+    }
+}
+
+fn direction(turned: bool) -> &'static str {
+    match turned {
+        true => "the other way round",
+        false => "as at the start",
     }
 }
 

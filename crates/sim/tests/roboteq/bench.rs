@@ -8,15 +8,22 @@ use sim::DriveSettings;
 pub const FSA: (u16, u8) = (0x30F1, 0);
 pub const REACHED: u16 = 0x400;
 
-pub fn controller(personality: &'static Personality) -> Master {
+/// One as it comes out of its box: its motors stop when nobody commands it for a second.
+pub fn watched(personality: &'static Personality) -> Master {
     Master::with(vec![DriveSettings::new(id(1), personality)])
+}
+
+/// Without the watchdog of commands: the tests look on for longer than a second.
+pub fn controller(personality: &'static Personality) -> Master {
+    let mut master = watched(personality);
+    master.write_u16(1, 0x3008, 0, 0);
+    master
 }
 
 /// With the state machine active.
 pub fn with_machine(personality: &'static Personality) -> Master {
     let mut master = controller(personality);
     master.write(1, FSA.0, FSA.1, &[1]);
-    master.run_ms(5);
     master
 }
 

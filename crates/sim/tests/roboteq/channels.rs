@@ -172,6 +172,7 @@ fn a_scenario_names_the_axis() {
         log: Vec::new(),
     };
     master.run_ms(50);
+    master.write_u16(1, 0x3008, 0, 0);
     let inertia = |master: &mut Master, axis: usize| {
         master.drive(1).worlds()[axis]
             .parameters()

@@ -205,6 +205,34 @@ fn torque_is_in_tenths_of_an_ampere() {
     assert_ne!(master.status_of(1) & 0x800, 0);
 }
 
+/// Table 7 knows no exception: halt stops torque mode on EDEC, too, and it goes on when that ends.
+#[test]
+fn halt_of_torque_mode_stops_the_motor() {
+    let mut master = with_machine(&ROBOTEQ);
+    master.write_i32(1, 0x30F0, 1, 10_000); // 1000 RPM/s
+    master.enable_channel(1, 4);
+    master.write_i16(1, 0x6071, 0, 1);
+    master.run_ms(800);
+    let speed = master.rpm(1);
+    assert!(speed > 1200.0, "{speed}");
+    master.word(1, 0x10F);
+    master.run_ms(500);
+    near(master.rpm(1), speed - 500.0, 25.0);
+    assert_eq!(master.status_of(1) & REACHED, 0);
+    master.run_ms(4000);
+    near(master.rpm(1), 0.0, 3.0);
+    assert_eq!(master.status_of(1) & (REACHED | 0x6F), REACHED | 0x27);
+    assert_eq!(master.read(1, 0x6061, 0) as i8, 4);
+    // A target of meanwhile counts.
+    master.write_i16(1, 0x6071, 0, -1);
+    master.run_ms(100);
+    near(master.rpm(1), 0.0, 3.0);
+    master.word(1, 0x0F);
+    master.run_ms(800);
+    assert!(master.rpm(1) < -1200.0);
+    near(f64::from(master.read_i16(1, 0x6077, 0)), -1.0, 1.0);
+}
+
 #[test]
 fn positions_of_the_relative_and_tracking_modes_are_scaled() {
     let mut master = with_machine(&ROBOTEQ);

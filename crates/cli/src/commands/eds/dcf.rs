@@ -10,6 +10,7 @@ use client::sdo::{Cause, SdoError};
 use eds::{Commissioning, DataType, Dcf, Eds, Live, Style, Value};
 use personalities::Personality;
 
+use crate::identify::{self, Identity};
 use crate::wire::{WireArguments, WireLink};
 use crate::{Failure, drive_kind, output, time_span};
 
@@ -31,9 +32,10 @@ pub(super) struct Arguments {
     /// The drive's EDS [default: that of --drive]
     #[arg(long, value_name = "FILE")]
     eds: Option<String>,
-    /// Whose dictionary to read where there is no EDS.
-    #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
-    drive: &'static Personality,
+    /// Whose dictionary to read where there is no EDS [default: that of the drive that the node says it
+    /// is]
+    #[arg(long, value_name = "NAME", value_parser = drive_kind::parse)]
+    drive: Option<&'static Personality>,
     /// The node's name in the file.
     #[arg(long, value_name = "TEXT", default_value = "")]
     name: String,
@@ -65,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             }
             (reading.eds, reading.style)
         }
-        None => (sim::data_sheet(arguments.drive), Style::default()),
+        None => (sim::data_sheet(drive(arguments)?), Style::default()),
     };
     let mut live = upload(arguments, &eds)?;
     let values = live
@@ -98,6 +100,34 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The drive that was named, else the one that the node says it is.
+///
+/// # Errors
+/// It is none that is known here.
+fn drive(arguments: &Arguments) -> Result<&'static Personality, Failure> {
+    if let Some(drive) = arguments.drive {
+        return Ok(drive);
+    }
+    let node = arguments.node;
+    let identity = arguments.wire.run(async |connection| {
+        let mut client = Client::new(WireLink::new(connection));
+        client.settings.answer_ms = time_span::milliseconds(arguments.timeout);
+        let identity = identify::node(&mut client, node).await;
+        identity.map_err(Failure::unsuccessful)
+    })?;
+    match identity {
+        Identity::Drive(drive) => Ok(drive),
+        Identity::Unknown => Err(Failure::input(format!(
+            "node {node} is no drive that is known here; give its file with --eds, or say which drive it \
+             is with --drive"
+        ))),
+        Identity::Silent => Err(Failure::unsuccessful(format!(
+            "node {node}: reading 0x1000,0: no answer within {} ms",
+            time_span::milliseconds(arguments.timeout)
+        ))),
+    }
 }
 
 /// Objects in a row without an answer after which a drive counts as gone.

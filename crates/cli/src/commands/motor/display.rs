@@ -18,7 +18,7 @@ pub(crate) struct Display {
 }
 
 impl Display {
-    pub(super) fn new(stop: Stop) -> Display {
+    pub(crate) fn new(stop: Stop) -> Display {
         let bar = io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(1);
             // The template is right.
@@ -44,7 +44,7 @@ impl Display {
     }
 
     /// Takes the bar away.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }

@@ -22,7 +22,7 @@ Examples:
   servobus sdo read --node 1 0x6041
   servobus sdo read --node 1 0x3008,1
   servobus sdo read --node 1 0x3008 1 --json
-  servobus sdo read --node 5 0x2000,3 --type i32     an object that --drive does not have
+  servobus sdo read --node 5 0x2000,3 --type i32     an object that its dictionary does not have
   servobus sdo read --node 5 0x1021 --output drive.eds --method block
 
 Above 4 bytes, objects of type text are printed as text and all others in hexadecimal. --output
@@ -49,6 +49,8 @@ struct ReadResult<'a> {
     words: &'a ObjectValue,
     #[serde(rename = "type")]
     data_type: Option<&'static str>,
+    /// Whose dictionary has told name and type; `None`: the standard's.
+    drive: Option<&'static str>,
     value: Option<serde_json::Value>,
 }
 
@@ -81,18 +83,20 @@ fn to_screen(common: &Common, object: Address) -> Result<ExitCode, Failure> {
         bytes.extend_from_slice(new);
         Ok(())
     };
-    let done = transfer::upload(common, object, &mut sink)?;
+    let (done, identity) = transfer::upload_and_identify(common, object, &mut sink)?;
+    let known = common.known(identity.drive(), object);
     let value = match common.data_type {
         // What the user says must fit; what the dictionary says may be another drive's.
         Some(data_type) => Some(
             value(&bytes, done.is_sized, data_type)
                 .ok_or_else(|| wrong_type(common, object, &bytes, done.is_sized, data_type))?,
         ),
-        None => common
-            .type_of(object)
-            .and_then(|known| value(&bytes, done.is_sized, known)),
+        None => {
+            let known = known.data_type;
+            known.and_then(|known| value(&bytes, done.is_sized, known))
+        }
     };
-    let mut words = common.words(object, &bytes, done.is_sized);
+    let mut words = known.words(&bytes, done.is_sized);
     if let (Some(_), Some(value)) = (common.data_type, &value) {
         words.text = value.to_string();
     }
@@ -100,7 +104,8 @@ fn to_screen(common: &Common, object: Address) -> Result<ExitCode, Failure> {
         output::print_json(&ReadResult {
             node: node.get(),
             words: &words,
-            data_type: common.type_of(object).map(DataType::name),
+            data_type: known.data_type.map(DataType::name),
+            drive: identity.drive().map(|drive| drive.name),
             value: value.map(json),
         })?;
     } else {

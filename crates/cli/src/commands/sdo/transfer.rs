@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use canopen::{Abort, Address, NodeId};
 use client::Client;
-use client::sdo::{Access, Cause, Done, Progress, SdoError, Sink, Source};
+use client::sdo::{Access, Cause, Done, Progress, SdoError, Sink};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::super::stop::Stop;
 use super::Common;
 use crate::Failure;
+use crate::identify::Identity;
 use crate::wire::WireLink;
 
 /// A transfer gets a bar above this many bytes, or when it has taken this long.
@@ -26,6 +27,30 @@ pub(super) fn upload(
     object: Address,
     sink: &mut impl Sink,
 ) -> Result<Done, Failure> {
+    let read = upload_and(common, object, sink, async |_| Ok(()));
+    read.map(|(done, ())| done)
+}
+
+/// Reads an object into `sink`, and asks which drive the node is.
+///
+/// # Errors
+/// As the node says, or Ctrl-C; the node has been told then.
+pub(super) fn upload_and_identify(
+    common: &Common,
+    object: Address,
+    sink: &mut impl Sink,
+) -> Result<(Done, Identity), Failure> {
+    upload_and(common, object, sink, async |client| {
+        common.identity(client).await
+    })
+}
+
+fn upload_and<T>(
+    common: &Common,
+    object: Address,
+    sink: &mut impl Sink,
+    then: impl AsyncFnOnce(&mut Client<WireLink>) -> Result<T, Failure>,
+) -> Result<(Done, T), Failure> {
     let stop = Stop::watch()?;
     common.wire.run(async |connection| {
         let mut client = Client::new(WireLink::new(connection));
@@ -33,29 +58,50 @@ pub(super) fn upload(
         let mut bar = Bar::new();
         let watch = |progress| bar.show(progress, &stop);
         let outcome = client.upload_to(common.node, object, sink, watch).await;
-        bar.end(outcome, &stop)
+        let done = bar.end(outcome, &stop)?;
+        Ok((done, then(&mut client).await?))
     })
 }
 
-/// Writes an object of `bytes` bytes from `source`.
+/// Writes the bytes of `source` to an object, and gives what else that has. If it `asks` and nobody has
+/// said it, the node is asked first which drive it is; else `source` comes before anything is sent.
 ///
 /// # Errors
-/// As the node says, or Ctrl-C; the node has been told then.
-pub(super) fn download(
+/// As the node or the source says, or Ctrl-C; the node has been told then.
+pub(super) fn download<T>(
     common: &Common,
     object: Address,
-    bytes: u32,
-    source: &mut impl Source,
-) -> Result<Done, Failure> {
+    asks: bool,
+    source: impl FnOnce(Identity) -> Result<(Vec<u8>, T), Failure>,
+) -> Result<T, Failure> {
+    let said = match asks {
+        true => common.said(),
+        false => Some(Identity::Unknown),
+    };
+    let ready = match said {
+        Some(identity) => Ok(source(identity)?),
+        None => Err(source),
+    };
     let stop = Stop::watch()?;
     common.wire.run(async |connection| {
         let mut client = Client::new(WireLink::new(connection));
         client.settings = common.settings(object);
+        let (bytes, more) = match ready {
+            Ok(ready) => ready,
+            Err(source) => source(common.identity(&mut client).await?)?,
+        };
+        let Ok(count) = u32::try_from(bytes.len()) else {
+            let most = u32::MAX;
+            let what = format!("{object}: no object has more than {most} bytes");
+            return Err(Failure::input(what));
+        };
         let mut bar = Bar::new();
         let watch = |progress| bar.show(progress, &stop);
-        let written = client.download_from(common.node, object, bytes, source, watch);
+        let mut left = bytes.as_slice();
+        let written = client.download_from(common.node, object, count, &mut left, watch);
         let outcome = written.await;
-        bar.end(outcome, &stop)
+        bar.end(outcome, &stop)?;
+        Ok(more)
     })
 }
 

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use canopen::{Address, DataType};
+use canopen::{Address, DataType, NodeId};
 use client::Value;
 use serde::Serialize;
 
 use super::{Common, SLOW, transfer};
+use crate::identify::Identity;
 use crate::object_address::{self, ObjectName};
 use crate::{Failure, output};
 
@@ -62,7 +63,7 @@ struct FileResult<'a> {
     node: u8,
     index: u16,
     sub: u8,
-    size: u32,
+    size: usize,
     file: &'a Path,
 }
 
@@ -108,16 +109,15 @@ fn encode(text: &str, data_type: DataType, object: Address) -> Result<Vec<u8>, F
 fn from_words(arguments: &Write) -> Result<ExitCode, Failure> {
     let common = &arguments.common;
     let (object, text) = split(arguments)?;
-    let data_type = common.type_of(object).ok_or_else(|| {
-        Failure::input(format!(
-            "{object}: the dictionary of {} has no such object; say which drive it is \
-             (--drive) or the type, as in --type u16",
-            common.drive.name
-        ))
-    })?;
-    let bytes = encode(text, data_type, object)?;
     let node = common.node;
-    download(common, object, &bytes)?;
+    let written = transfer::download(common, object, true, |identity| {
+        let known = common.known(identity.drive(), object);
+        let data_type = known.data_type;
+        let data_type = data_type.ok_or_else(|| unknown(node, object, identity))?;
+        let bytes = encode(text, data_type, object)?;
+        Ok((bytes.clone(), (known, data_type, bytes)))
+    })?;
+    let (known, data_type, bytes) = written;
     if common.json {
         output::print_json(&WriteResult {
             node: node.get(),
@@ -127,22 +127,28 @@ fn from_words(arguments: &Write) -> Result<ExitCode, Failure> {
             bytes,
         })?;
     } else {
-        let words = common.words(object, &bytes, true);
+        let words = known.words(&bytes, true);
         output::print(format!("node {node} has taken {words}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// # Errors
-/// As the node says.
-fn download(common: &Common, object: Address, mut bytes: &[u8]) -> Result<u32, Failure> {
-    let Ok(count) = u32::try_from(bytes.len()) else {
-        return Err(Failure::input(format!(
-            "{object}: no object has more than {} bytes",
-            u32::MAX
-        )));
-    };
-    transfer::download(common, object, count, &mut bytes).map(|done| done.bytes)
+/// An object whose type nobody knows.
+fn unknown(node: NodeId, object: Address, identity: Identity) -> Failure {
+    match identity {
+        Identity::Drive(drive) => Failure::input(format!(
+            "{object}: the dictionary of {} has no such object; say which drive it is \
+             (--drive) or the type, as in --type u16",
+            drive.name
+        )),
+        Identity::Unknown => Failure::input(format!(
+            "node {node} is no drive that is known here, and {object} no object of the standard; say \
+             which drive it is (--drive) or the type, as in --type u16"
+        )),
+        Identity::Silent => Failure::unsuccessful(format!(
+            "node {node} does not say which drive it is: no answer to 0x1000"
+        )),
+    }
 }
 
 fn from_file(arguments: &Write, path: &Path) -> Result<ExitCode, Failure> {
@@ -159,7 +165,8 @@ fn from_file(arguments: &Write, path: &Path) -> Result<ExitCode, Failure> {
     let object = arguments.object.address(sub).map_err(Failure::input)?;
     let failed = |error| Failure::input(format!("{}: {error}", path.display()));
     let bytes = fs::read(path).map_err(failed)?;
-    let size = download(common, object, &bytes)?;
+    let size = bytes.len();
+    transfer::download(common, object, false, |_| Ok((bytes, ())))?;
     let node = common.node;
     if common.json {
         output::print_json(&FileResult {

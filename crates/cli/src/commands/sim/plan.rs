@@ -167,6 +167,17 @@ impl Plan {
                 others(has_rate)
             )));
         }
+        let ids = drive.node_ids();
+        if let Some(node) = place.node()
+            && !ids.contains(&node.get())
+        {
+            return Err(Failure::input(format!(
+                "node {node} cannot be {name}: its node IDs are {} to {}; give it one of these, or make \
+                 node {node} another drive",
+                ids.start(),
+                ids.end()
+            )));
+        }
         let has_lss = |drive: &Personality, _| drive.device.dialect.lss;
         if place.node().is_none() && !has_lss(drive, self.bit_rate) {
             return Err(Failure::input(format!(

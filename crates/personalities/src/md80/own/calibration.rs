@@ -100,6 +100,16 @@ impl Calibration {
         1.5 * self.current_a
     }
 
+    /// Whether it wants the main encoder's readings as they are.
+    pub(super) fn is_of_main_encoder(&self) -> bool {
+        self.kind == Kind::Full
+    }
+
+    /// Whether it wants the output encoder's.
+    pub(super) fn is_of_output(&self) -> bool {
+        self.kind == Kind::Output
+    }
+
     /// The bits of one that was stopped: the master left the service mode, or there is a fault.
     pub(super) fn stopped(&self) -> Bits {
         match self.kind {
@@ -138,7 +148,14 @@ impl Calibration {
                     zero,
                     polarity,
                     off_degrees,
-                } => self.turned(image, zero, polarity, off_degrees),
+                    table,
+                } => {
+                    let progress = self.turned(image, zero, polarity, off_degrees);
+                    if let Progress::Done { .. } = progress {
+                        table.keep(image, &FIELDS.correction);
+                    }
+                    progress
+                }
             },
             Stage::Output(turning) => match turning.tick(view, output) {
                 Some(progress) => progress,

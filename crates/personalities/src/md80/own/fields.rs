@@ -2,7 +2,7 @@
 
 use canopen::{Dictionary, Field};
 
-use crate::md80::internal;
+use crate::md80::internal::{self, PLACES};
 use crate::md80::status::WORDS;
 
 /// Objects that the behaviour reads and writes.
@@ -27,6 +27,10 @@ pub(super) struct Fields {
     pub(super) motor_temperature: Field,
     pub(super) mosfet_temperature: Field,
     pub(super) statusword: Field,
+    pub(super) position_demand: Field,
+    pub(super) position_actual: Field,
+    pub(super) velocity_actual: Field,
+    pub(super) target_position: Field,
     pub(super) max_current: Field,
     pub(super) rated_current: Field,
     pub(super) least_position: Field,
@@ -43,6 +47,22 @@ pub(super) struct Fields {
     pub(super) output_direction: Field,
     pub(super) output_is_calibrated: Field,
     pub(super) output_low_accuracy: Field,
+    pub(super) correction: [Field; PLACES],
+    pub(super) output_correction: [Field; PLACES],
+}
+
+/// All places of a table.
+const fn places<const N: usize>(objects: &Dictionary<N>, index: u16) -> [Field; PLACES] {
+    let mut fields = [objects.need(index, 1); PLACES];
+    let mut n = 1;
+    while n < PLACES {
+        #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+        {
+            fields[n] = objects.need(index, n as u8 + 1);
+        }
+        n += 1;
+    }
+    fields
 }
 
 impl Fields {
@@ -75,6 +95,10 @@ impl Fields {
             motor_temperature: objects.need(0x2006, 1),
             mosfet_temperature: objects.need(0x2006, 2),
             statusword: objects.need(0x6041, 0),
+            position_demand: objects.need(0x6062, 0),
+            position_actual: objects.need(0x6064, 0),
+            velocity_actual: objects.need(0x606C, 0),
+            target_position: objects.need(0x607A, 0),
             max_current: objects.need(0x6073, 0),
             rated_current: objects.need(0x6075, 0),
             least_position: objects.need(0x607D, 1),
@@ -91,6 +115,8 @@ impl Fields {
             output_direction: objects.need(internal::OUTPUT_DIRECTION, 0),
             output_is_calibrated: objects.need(internal::OUTPUT_IS_CALIBRATED, 0),
             output_low_accuracy: objects.need(internal::OUTPUT_LOW_ACCURACY, 0),
+            correction: places(objects, internal::CORRECTION),
+            output_correction: places(objects, internal::OUTPUT_CORRECTION),
         }
     }
 }

@@ -1,7 +1,11 @@
 //! What only this drive does: system commands, status words, the watchdog of its bus, shorted phases
 //! while it does not drive, and calibration.
 
+mod bridge;
 mod calibration;
+mod closing;
+mod correction;
+mod direction;
 mod electrical;
 mod fields;
 mod output;
@@ -10,16 +14,20 @@ mod watch;
 
 use can::Frame;
 use canopen::{Abort, Address, Image, NodeId, Reset, Verdict, store};
-use cia402::{Demand, Mode, State};
+use cia402::{Configuration, Demand, Mode, State, Targets};
 
 use self::calibration::{Calibration, Progress};
+use self::closing::Closing;
+use self::correction::Table;
+use self::direction::Direction;
 use self::fields::Fields;
 use self::output::OutputEncoder;
-use self::watch::{Start, Watch};
+use self::watch::{Start, Watch, one};
 use super::axis::SERVICE;
 use super::settings::REAL_RANGES;
 use super::status;
 use crate::Personality;
+use crate::board::{Board, Light, Lights};
 use crate::own::{AxisView, Orders, OwnBehaviour};
 
 const FIELDS: Fields = Fields::of(&super::OBJECTS_CONST);
@@ -28,6 +36,10 @@ const FIELDS: Fields = Fields::of(&super::OBJECTS_CONST);
 const RESET_TICKS: u8 = 20;
 /// Ticks of a start, in which the zeros of the current converters are measured, with the bridge open.
 const START_TICKS: u16 = 20;
+
+/// Ticks for which the lights blink (0x2003,1), and how often a second; ours.
+const BLINK_TICKS: u16 = 2000;
+const BLINKS_PER_S: u8 = 10;
 
 /// What a reset is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +54,10 @@ enum Restart {
 pub struct Behaviour {
     watch: Watch,
     output: OutputEncoder,
+    direction: Direction,
+    closing: Closing,
+    /// By how much the main encoder is off.
+    table: Table,
     /// What calibrates, if something does.
     job: Option<Calibration>,
     /// What is stored is that job's.
@@ -54,10 +70,18 @@ pub struct Behaviour {
     /// The controlword's bit 7 as last written.
     reset_bit: bool,
     restart: Restart,
+    /// Ticks for which both lights blink.
+    blinks: u16,
 }
 
 impl Behaviour {
-    fn command(&mut self, sub: u8, view: &AxisView, orders: &mut Orders) -> Verdict {
+    fn command(
+        &mut self,
+        image: &Image<'_>,
+        sub: u8,
+        view: &AxisView,
+        orders: &mut Orders,
+    ) -> Verdict {
         // M4: the page wants "switch on disabled", the maker's own tool "operation enabled".
         let may = matches!(
             view.state,
@@ -67,11 +91,10 @@ impl Behaviour {
             return Verdict::Refuse(Abort::DEVICE_STATE);
         }
         match sub {
-            // Lights on no bus.
-            1 => {}
+            1 => self.blinks = BLINK_TICKS,
             2 => self.restart = Restart::In(RESET_TICKS),
             3 => self.begin(Calibration::full()),
-            4 if self.output.is_configured() => self.begin(Calibration::output()),
+            4 if output::is_calibratable(image) => self.begin(Calibration::output()),
             4 => return Verdict::Refuse(Abort::DEVICE_STATE),
             5 => {
                 orders.preset_position = Some(0);
@@ -138,6 +161,23 @@ impl Behaviour {
         }
     }
 
+    /// Whether both encoders count the way that their calibrations have found.
+    fn watch_directions(&mut self, image: &Image<'_>, view: &AxisView) {
+        let calibrated = image.number(FIELDS.is_calibrated) != 0;
+        let shorted = self.demand == Some(Demand::Shorted);
+        if calibrated && self.job.is_none() && (shorted || watch::moves(view)) {
+            if self.direction.tick(image, view, shorted) {
+                self.watch.raise(one(1, 1));
+            }
+        } else {
+            self.direction = Direction::default();
+        }
+        let looks = self.job.is_none() && !self.watch.is_turned();
+        if self.output.is_turned(image, view, looks) {
+            self.watch.raise(one(2, 1));
+        }
+    }
+
     fn start(&mut self, image: &mut Image<'_>, view: &AxisView, orders: &mut Orders) {
         if self.ticks == 0 {
             let zero = image.number(FIELDS.zero) as i32;
@@ -190,6 +230,9 @@ impl OwnBehaviour for Behaviour {
         Behaviour {
             watch: Watch::new(),
             output: OutputEncoder::new(image),
+            direction: Direction::default(),
+            closing: Closing::default(),
+            table: Table::stored(image, &FIELDS.correction),
             job: None,
             job_stores: false,
             demand: None,
@@ -197,6 +240,7 @@ impl OwnBehaviour for Behaviour {
             zero: None,
             reset_bit: false,
             restart: Restart::No,
+            blinks: 0,
         }
     }
 
@@ -215,7 +259,7 @@ impl OwnBehaviour for Behaviour {
 
     fn write(
         &mut self,
-        _: &Image<'_>,
+        image: &Image<'_>,
         object: Address,
         new: &[u8],
         view: &AxisView,
@@ -242,7 +286,7 @@ impl OwnBehaviour for Behaviour {
             (0x1010, 1) if view.state != State::SwitchOnDisabled || self.job.is_some() => {
                 Some(Verdict::Refuse(Abort::DEVICE_STATE))
             }
-            (0x2003, sub) if low != 0 => Some(self.command(sub, view, orders)),
+            (0x2003, sub) if low != 0 => Some(self.command(image, sub, view, orders)),
             (0x2003, _) => Some(Verdict::Done),
             // M16.
             (status::STATUS, _) if new.iter().all(|byte| *byte == 0) => Some(Verdict::Done),
@@ -263,9 +307,17 @@ impl OwnBehaviour for Behaviour {
         };
         if let Some(reading) = self.zero.take() {
             image.set_number(FIELDS.zero, i64::from(reading));
+            self.output.set_zero(image);
+            self.closing.set_zero();
         }
-        self.output.tick(image, view);
-        self.watch.tick(image, view, &self.output, start);
+        let calibrating = self.job.as_ref().is_some_and(Calibration::is_of_output);
+        self.output.tick(image, view, calibrating);
+        let rests = self.job.is_some() || start != Start::Over;
+        self.closing.tick(image, view, &self.output, rests, orders);
+        let offset = self.closing.offset();
+        self.watch.tick(image, view, &self.output, offset, start);
+        self.watch_directions(image, view);
+        self.blinks = self.blinks.saturating_sub(1);
         if self.watch.take_silence() {
             // The quick stop's ramp, and from there "switch on disabled".
             orders.controlword = Some(0x0002);
@@ -284,9 +336,52 @@ impl OwnBehaviour for Behaviour {
     fn publish(&self, image: &mut Image<'_>, view: &AxisView) {
         self.watch.publish(image, view);
         self.output.publish(image);
+        self.closing.publish(image, view, &self.output);
         image.set_raw(FIELDS.motor_temperature, view.motor_temperature_c.to_bits());
         let amplifier = view.amplifier_temperature_c;
         image.set_raw(FIELDS.mosfet_temperature, amplifier.to_bits());
+    }
+
+    #[inline]
+    fn reading(&self, _: u8, raw: i32) -> i32 {
+        match &self.job {
+            Some(job) if job.is_of_main_encoder() => raw,
+            _ => self.table.right(raw),
+        }
+    }
+
+    fn look_at(&mut self, _: u8, board: &Board) {
+        self.watch.look_at(board);
+    }
+
+    /// The maker's guide: a green light that blinks once a second, and beside it a red one if there is an
+    /// error.
+    fn lights(&self) -> Option<Lights> {
+        if self.blinks > 0 {
+            let blinks = Light::Blinks {
+                per_s: BLINKS_PER_S,
+            };
+            return Some(Lights {
+                green: blinks,
+                red: blinks,
+            });
+        }
+        let red = match self.watch.has_error() {
+            true => Light::On,
+            false => Light::Off,
+        };
+        Some(Lights {
+            red,
+            ..Lights::WELL
+        })
+    }
+
+    fn targets(&self, _: u8, _: &Image<'_>, targets: &mut Targets) {
+        self.closing.targets(targets);
+    }
+
+    fn configuration(&self, _: u8, _: &Image<'_>, configuration: &mut Configuration) {
+        self.closing.configuration(configuration);
     }
 
     fn demand(&self, _: u8) -> Option<&Demand> {

@@ -7,6 +7,7 @@
 use cia402::Demand;
 use control::Real as _;
 
+use super::correction::{self, Means, Table};
 use crate::md80::internal::COUNTS_PER_TURN;
 use crate::own::AxisView;
 
@@ -135,6 +136,8 @@ pub(super) enum Outcome {
         polarity: i8,
         /// Amplitude of the readings' error, degrees of a turn.
         off_degrees: f32,
+        /// That error at each place of a turn.
+        table: Table,
     },
 }
 
@@ -162,6 +165,7 @@ pub(super) struct Turning {
     /// The first difference of field and rotor, from which the others are told.
     first: Option<i32>,
     means: [Harmonic; 2],
+    places: [Means; 2],
 }
 
 impl Turning {
@@ -177,6 +181,7 @@ impl Turning {
             from: 0,
             first: None,
             means: [Harmonic::default(); 2],
+            places: [Means::default(); 2],
         }
     }
 
@@ -274,6 +279,9 @@ impl Turning {
         if let Some(mean) = self.means.get_mut(direction) {
             mean.add(turns, mechanical);
         }
+        if let Some(places) = self.places.get_mut(direction) {
+            places.add(turns, mechanical);
+        }
     }
 
     fn end(&self) -> Outcome {
@@ -282,12 +290,16 @@ impl Turning {
         if !(-MOST_LAG..=MOST_LAG).contains(&lag) {
             return Outcome::NoOffset;
         }
-        let mean = 0.5 * (forward.mean() + back.mean());
+        let Some(told) = correction::told(&self.places) else {
+            return Outcome::NoOffset;
+        };
         let first = self.first.unwrap_or(0);
-        let difference = first.wrapping_add((mean * TURN as f32) as i32);
+        let difference = first.wrapping_add((told.mean * TURN as f32) as i32);
         // difference = −polarity · pole pairs · zero
         let per_count = self.pole_pairs as f32 * (TURN / i64::from(COUNTS_PER_TURN)) as f32;
         let zero = -(self.polarity as f32) * difference as f32 / per_count;
+        // The field is ahead by as much less as the reading is too great.
+        let per_turn = (self.pole_pairs * self.polarity) as f32;
         let amplitude = 0.5 * (forward.amplitude() + back.amplitude());
         Outcome::Done {
             zero: if zero < 0.0 {
@@ -297,6 +309,7 @@ impl Turning {
             },
             polarity: self.polarity as i8,
             off_degrees: amplitude / self.pole_pairs as f32 * 360.0,
+            table: Table::of_turns(told.deviations.map(|deviation| -deviation / per_turn)),
         }
     }
 }

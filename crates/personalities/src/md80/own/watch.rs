@@ -2,9 +2,12 @@
 
 use canopen::Image;
 use cia402::{Mode, State};
+use control::io::Magnet;
 
 use super::FIELDS;
-use super::output::OutputEncoder;
+use super::bridge::Bridge;
+use super::output::{OutputEncoder, is_calibratable};
+use crate::board::Board;
 use crate::md80::axis::SERVICE;
 use crate::md80::internal::COUNTS_PER_TURN;
 use crate::md80::status::{Effect, STATUS_BITS, WORDS, cause, place};
@@ -33,6 +36,20 @@ const CRITICAL: Bits = {
     while n < STATUS_BITS.len() {
         #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
         if let Effect::Critical(_) = STATUS_BITS[n].effect {
+            bits |= 1 << n;
+        }
+        n += 1;
+    }
+    bits
+};
+
+/// Errors.
+const ERRORS: Bits = {
+    let mut bits = 0;
+    let mut n = 0;
+    while n < STATUS_BITS.len() {
+        #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+        if STATUS_BITS[n].bit < 16 {
             bits |= 1 << n;
         }
         n += 1;
@@ -81,6 +98,10 @@ pub(super) struct Watch {
     /// Ticks in a row.
     encoder_silent: u16,
     magnet_bad: u16,
+    output_magnet_bad: u16,
+    bridge: Bridge,
+    /// What the board said last.
+    board: Option<Board>,
     undervoltage: u16,
     /// The encoder has answered once.
     encoder_seen: bool,
@@ -99,6 +120,9 @@ impl Watch {
             limited: false,
             encoder_silent: 0,
             magnet_bad: 0,
+            output_magnet_bad: 0,
+            bridge: Bridge::default(),
+            board: None,
             undervoltage: 0,
             encoder_seen: false,
             output_seen: false,
@@ -110,6 +134,21 @@ impl Watch {
     /// A frame for the drive.
     pub(super) fn fed(&mut self) {
         self.silent_ms = 0;
+    }
+
+    /// What the board says.
+    pub(super) fn look_at(&mut self, board: &Board) {
+        self.board = Some(*board);
+    }
+
+    /// Whether there is an error, not a warning.
+    pub(super) fn has_error(&self) -> bool {
+        self.set & ERRORS != 0
+    }
+
+    /// Whether the main encoder is known to count the other way round.
+    pub(super) fn is_turned(&self) -> bool {
+        self.set & one(1, 1) != 0
     }
 
     /// Whether the watchdog has run out since the last call.
@@ -133,21 +172,21 @@ impl Watch {
         self.set |= bits;
     }
 
-    /// A millisecond more.
+    /// A millisecond more; `offset` makes the motor's position the output's, counts of the motor.
     pub(super) fn tick(
         &mut self,
         image: &Image<'_>,
         view: &AxisView,
         output: &OutputEncoder,
+        offset: i32,
         start: Start,
     ) {
-        let moves =
-            view.state == State::OperationEnabled && !matches!(view.mode, Mode::IDLE | SERVICE);
-        let levels = self.levels(image, output);
+        let moves = moves(view);
+        let levels = self.levels(image);
         self.set = self.set & !LEVELS | levels;
         self.set |= self.of_hardware(image, view, output, start);
         if moves {
-            self.set |= of_motion(image, view);
+            self.set |= of_motion(image, view, offset);
             self.set_up_missed |= levels & (SET_UP | one(1, 2)) != 0;
         }
         self.limited |= view.conditions.limited();
@@ -155,7 +194,7 @@ impl Watch {
     }
 
     /// What holds as long as it is so.
-    fn levels(&self, image: &Image<'_>, output: &OutputEncoder) -> Bits {
+    fn levels(&self, image: &Image<'_>) -> Bits {
         let needed = [
             FIELDS.pole_pairs,
             FIELDS.torque_constant,
@@ -173,7 +212,7 @@ impl Watch {
         when(SET_UP, needed.iter().any(|field| image.raw(*field) == 0));
         when(one(1, 2), !is(FIELDS.is_calibrated));
         when(one(1, 30), is(FIELDS.low_accuracy));
-        let used = output.is_configured();
+        let used = is_calibratable(image);
         when(one(2, 2), used && !is(FIELDS.output_is_calibrated));
         when(one(2, 30), used && is(FIELDS.output_low_accuracy));
         bits
@@ -205,6 +244,12 @@ impl Watch {
         let never = output.is_configured() && !self.output_seen;
         when(one(2, 6), started && never);
 
+        let magnet = self.board.and_then(|board| board.output_magnet);
+        let is_bad = magnet.is_some_and(|magnet| magnet != Magnet::Good);
+        self.output_magnet_bad = in_a_row(self.output_magnet_bad, is_bad);
+        let too_long = self.output_magnet_bad >= ENCODER_TICKS;
+        when(one(2, 5), output.is_configured() && too_long);
+
         when(one(4, 1), view.overcurrent);
         let [d, q] = view.current_a;
         when(one(5, 0), d * d + q * q > OVERCURRENT_A * OVERCURRENT_A);
@@ -226,7 +271,10 @@ impl Watch {
         });
         let most = ADC_OFFSET_PART * view.phase_adc_zero;
         when(one(5, 5), start == Start::Ends && (a > most || b > most));
-        bits
+        match &self.board {
+            Some(board) => bits | self.bridge.tick(&board.gate_driver, view.overcurrent),
+            None => bits,
+        }
     }
 
     fn watch_bus(&mut self, image: &Image<'_>, moves: bool) {
@@ -278,12 +326,17 @@ impl Watch {
     }
 }
 
+/// A mode of motion is at work.
+pub(super) fn moves(view: &AxisView) -> bool {
+    view.state == State::OperationEnabled && !matches!(view.mode, Mode::IDLE | SERVICE)
+}
+
 fn in_a_row(ticks: u16, is: bool) -> u16 {
     if is { ticks.saturating_add(1) } else { 0 }
 }
 
 /// Errors and warnings of a mode of motion.
-fn of_motion(image: &Image<'_>, view: &AxisView) -> Bits {
+fn of_motion(image: &Image<'_>, view: &AxisView, offset: i32) -> Bits {
     let mut bits = 0;
     let mut when = |bit: Bits, is: bool| {
         if is {
@@ -292,7 +345,8 @@ fn of_motion(image: &Image<'_>, view: &AxisView) -> Bits {
     };
     let ratio = image.real(FIELDS.gear);
     let gear = if ratio > 0.0 { ratio } else { 1.0 };
-    let position = (f64::from(view.position) * f64::from(gear)) as i64;
+    let position = view.position.wrapping_add(offset);
+    let position = (f64::from(position) * f64::from(gear)) as i64;
     let limits = (
         image.number(FIELDS.least_position),
         image.number(FIELDS.greatest_position),

@@ -3,12 +3,14 @@
 
 mod channel;
 mod fields;
+mod watchdog;
 
 use canopen::{Abort, Address, Field, Image, Verdict, store};
 use cia402::{Configuration, Demand, Targets, VlConfiguration};
 
-use self::channel::Channel;
+use self::channel::{Channel, at_limit, stands};
 use self::fields::{Fields, field};
+use self::watchdog::Watchdog;
 use super::axis::{PER_RATE, PER_RPM, base};
 use super::communication::VARIABLES;
 use super::faults::{EMERGENCY_STOP, LOOP_ERROR};
@@ -40,6 +42,7 @@ pub struct Roboteq {
     variables: [Option<(Field, Field)>; VARIABLES as usize],
     channels: [Channel; 3],
     stopped: bool,
+    watchdog: Watchdog,
     /// Fault flags of each channel.
     faults: [u16; 3],
 }
@@ -79,10 +82,18 @@ impl Roboteq {
         let fields = channel.fields?;
         let number = signed(new);
         let offset = object.index.wrapping_sub(base(view.axis));
+        if !channel.started {
+            channel.given |= Channel::given_by(offset, object.sub);
+        }
         match (offset, object.index) {
-            // R24; and until transitions 0 and 1 are done.
-            (0x40, _) if !(has_machine && channel.had_machine) => Some(Verdict::Accept),
+            // R24.
+            (0x40, _) if !has_machine => Some(Verdict::Accept),
             (0x40, _) => {
+                if !channel.had_machine {
+                    channel.begin_machine(orders);
+                }
+                channel.asked = number as u16;
+                channel.is_out = false;
                 channel.take_word(image, &fields, number as u16, view, orders);
                 None
             }
@@ -94,6 +105,7 @@ impl Roboteq {
                 channel.mode_changed = number != channel.number || channel.mode_changed;
                 channel.number = number;
                 channel.last_target = None;
+                channel.halts_by_speed = false;
                 channel.still_reached_ms = 0;
                 channel.set_point = 0;
                 orders.mode = Some(mode.0);
@@ -125,6 +137,7 @@ impl Roboteq {
                 channel.mode_changed = false;
                 Some(Verdict::Accept)
             }
+            (0x46 | 0x48 | 0x49 | 0x81 | 0x83 | 0x84 | 0x87, _) => Some(Verdict::Accept),
             (_, 0x2000) => {
                 channel.mode_changed = false;
                 channel.take_command(image, &fields, number as i16);
@@ -181,6 +194,7 @@ impl OwnBehaviour for Roboteq {
             }),
             channels: [0, 1, 2].map(channel),
             stopped: false,
+            watchdog: Watchdog::of(&table),
             faults: [0; 3],
         }
     }
@@ -200,7 +214,7 @@ impl OwnBehaviour for Roboteq {
         view: &AxisView,
         orders: &mut Orders,
     ) -> Option<Verdict> {
-        match object.index {
+        let verdict = match object.index {
             0x200C => {
                 self.stopped = true;
                 Some(Verdict::Accept)
@@ -216,21 +230,40 @@ impl OwnBehaviour for Roboteq {
                     Some(channel) => {
                         channel.command = 0;
                         channel.speed = Some(0);
+                        channel.torque = Some(0);
                         Some(Verdict::Accept)
                     }
                     None => Some(Verdict::Refuse(Abort::INVALID_VALUE)),
                 }
             }
+            0x2005 => Some(Verdict::Accept),
             0x2017 => {
                 orders.store = Some(store::Request::All);
                 Some(Verdict::Accept)
             }
+            0x30F1 => {
+                if new.first() == Some(&1) && !self.has_machine(image) {
+                    for channel in &mut self.channels {
+                        channel.had_machine = false;
+                    }
+                }
+                return Some(Verdict::Accept);
+            }
+            0x1010 | 0x1011 => return None,
             _ => self.write_channel(image, object, new, view, orders),
+        };
+        if !matches!(verdict, Some(Verdict::Refuse(_))) {
+            self.watchdog.feed();
         }
+        verdict
     }
 
     fn tick(&mut self, image: &mut Image<'_>, view: &AxisView, orders: &mut Orders) {
         let has_machine = self.has_machine(image);
+        if view.axis == 0 {
+            self.watchdog.tick(image);
+        }
+        let is_out = self.watchdog.is_out();
         let Some(channel) = self.channels.get_mut(usize::from(view.axis)) else {
             return;
         };
@@ -240,11 +273,13 @@ impl OwnBehaviour for Roboteq {
             channel.start(image, &fields, orders);
         }
         if has_machine && !channel.had_machine {
-            orders.enable = Some(false); // transitions 0 and 1
-            channel.word = 0;
+            // What was seen of the axis is over: it is switched off now.
+            channel.begin_machine(orders);
+            return;
         }
         channel.had_machine = has_machine;
-        if core::mem::take(&mut channel.takes_up) && channel.number == -2 {
+        channel.follow_watchdog(image, &fields, is_out, view, orders);
+        if core::mem::take(&mut channel.takes_up) && channel.lacks_ramp() {
             orders.mode = mode(3).map(|mode| mode.0);
         }
         channel.flush(image, &fields, orders);
@@ -252,8 +287,8 @@ impl OwnBehaviour for Roboteq {
             channel.run_by_itself(view, orders);
         }
         channel.still_reached_ms = channel.still_reached_ms.saturating_sub(1);
-        channel.open_loop(image, &fields, view, has_machine, orders);
-        channel.watch_error(image, &fields, view);
+        channel.open_loop(image, &fields, view, orders);
+        channel.watch_error(image, &fields, view, orders);
         if has_machine {
             channel.set_point = 0;
         }
@@ -284,13 +319,15 @@ impl OwnBehaviour for Roboteq {
     }
 
     fn configuration(&self, axis: u8, image: &Image<'_>, configuration: &mut Configuration) {
-        let fields = self.channels.get(usize::from(axis));
-        let Some(fields) = fields.and_then(|channel| channel.fields) else {
+        let Some(channel) = self.channels.get(usize::from(axis)) else {
             return;
         };
-        // Halt and quick stop are on the fault deceleration (R16, R3).
+        let Some(fields) = channel.fields else { return };
+        // Halt, quick stop and faults are on the fault deceleration (R16, R3, R29). A motor that does not
+        // follow is let go.
         configuration.halt_option = 2;
         configuration.quick_stop_option = 2;
+        configuration.fault_reaction_option = if channel.has_loop_error { 0 } else { 2 };
         // "0 = ramp bypassed".
         let rate = |rate: f32| {
             if rate > 0.0 {
@@ -334,7 +371,7 @@ impl OwnBehaviour for Roboteq {
             return;
         };
         let Some(fields) = channel.fields else { return };
-        let status = match has_machine && channel.had_machine {
+        let status = match has_machine {
             true => channel.statusword(image, &fields, view),
             false => 0, // R24
         };
@@ -372,9 +409,9 @@ impl OwnBehaviour for Roboteq {
         image.set_number(fields.battery_amps, round(watts / volts * 10.0));
         let error = channel.loop_error(image, &fields, view);
         image.set_number(fields.loop_error, round(error));
-        let stands = view.velocity.abs() < 10.0 * PER_RPM;
-        let flags = u32::from(view.current_limited)
-            | u32::from(view.current_limited && stands) << 1
+        let limited = at_limit(image, &fields, view);
+        let flags = u32::from(limited)
+            | u32::from(limited && stands(view)) << 1
             | u32::from(channel.has_loop_error) << 2;
         image.set_raw(fields.flags, flags);
         let all = self.faults.iter().fold(0, |all, own| all | own);
@@ -382,9 +419,10 @@ impl OwnBehaviour for Roboteq {
             image.set_raw(field, u32::from(all));
         }
         if let Some(field) = self.status_flags {
-            // A serial command is in force; the power stage is off.
+            // A command is in force, whose kind is called serial; the power stage is off.
             let off = view.voltage_v == [0.0; 2] && view.current_a == [0.0; 2];
-            image.set_raw(field, 1 | u32::from(off) << 3);
+            let commanded = !self.watchdog.is_out();
+            image.set_raw(field, u32::from(commanded) | u32::from(off) << 3);
         }
         if let Some(field) = self.processor_temperature {
             image.set_number(field, round(view.amplifier_temperature_c));

@@ -1,50 +1,7 @@
-//! What each act of a scenario does to a drive's world, its processor and its memory.
+//! Acts upon supplies, shaft, wires, processor, memory and the bus.
 
-mod master;
-use master::*;
-
-use canopen::Instant;
-use control::io::Magnet;
-use sim::scenario::{ACTS, Scenario};
-use sim::{Bus, BusSettings, DriveSettings, VirtualDrive};
-
-/// A bus with P3s 1 and 2 on which `text` is played; the drives have booted at 50 ms, and the log
-/// is empty.
-fn play(text: &str) -> Master {
-    let scenario = Scenario::read("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let drives: Vec<DriveSettings> = vec![p3(1), p3(2)];
-    let mut settings = BusSettings::new(7, drives);
-    let set_up = scenario.set_up(&mut settings, Instant::NEVER);
-    set_up.unwrap_or_else(|error| panic!("{error}"));
-    let mut master = Master {
-        bus: Bus::new(settings),
-        log: Vec::new(),
-    };
-    master.run_ms(50);
-    master.log.clear();
-    master
-}
-
-/// One event at 100 ms upon drive 1, for 200 ms if it lasts.
-fn event(act: &str, arguments: &str) -> Master {
-    let lasts = match ACTS.iter().find(|kind| kind.name == act) {
-        Some(kind) if kind.shown().iter().any(|[key, ..]| key == "for") => "for = \"200 ms\"",
-        Some(_) => "",
-        None => panic!("{act}"),
-    };
-    play(&format!(
-        "[[event]]\nat = \"100 ms\"\ndo = \"{act}\"\ndrive = 1\n{lasts}\n{arguments}\n"
-    ))
-}
-
-/// Three looks at drive 1, at 99 ms, 200 ms and 400 ms: before, during and after.
-fn looks<T>(master: &mut Master, mut look: impl FnMut(&mut VirtualDrive) -> T) -> [T; 3] {
-    [99, 200, 400].map(|ms| {
-        let now_ms = master.now().0 / 1_000_000;
-        master.run_ms(ms - now_ms);
-        look(master.drive(1))
-    })
-}
+use crate::bench::*;
+use sim::VirtualDrive;
 
 fn bus_v(drive: &mut VirtualDrive) -> f32 {
     drive.plant().truth().bus_voltage_v
@@ -233,95 +190,6 @@ fn a_short_circuit_trips_the_gate_drivers() {
         assert_eq!(master.emergency_codes(1), [0x2320], "{between}");
         assert_eq!(master.state(1), FAULT);
     }
-}
-
-#[test]
-fn an_encoder_breaks_in_three_ways() {
-    for (how, valid) in [
-        ("stuck", true),
-        ("no-answer", false),
-        ("wrong-parity", false),
-    ] {
-        let mut master = event("break-encoder", &format!("how = \"{how}\""));
-        let mut angle = 0;
-        let readings = looks(&mut master, |drive| {
-            // The shaft has been turned since the last look.
-            angle += 1 << 28;
-            drive.plant().set_motion(angle, 0.0);
-            let sample = drive.plant().sample();
-            (sample.encoder_valid, sample.encoder)
-        });
-        assert_eq!(
-            readings.map(|(valid, _)| valid),
-            [true, valid, true],
-            "{how}"
-        );
-        assert_ne!(readings[1].1, readings[2].1, "{how}");
-        if how == "stuck" {
-            assert_eq!(readings[0].1, readings[1].1);
-        }
-    }
-    let mut master = event("bad-encoder-answers", "share = \"25 %\"");
-    let bad = |master: &mut Master| {
-        (0..1000)
-            .filter(|_| {
-                master.run_us(50);
-                !master.drive(1).plant().sample().encoder_valid
-            })
-            .count()
-    };
-    assert_eq!(bad(&mut master), 0);
-    let some = bad(&mut master);
-    // Four standard deviations.
-    assert!((195..=305).contains(&some), "{some}");
-    master.run_ms(200);
-    assert_eq!(bad(&mut master), 0);
-}
-
-#[test]
-fn the_magnet_moves_and_slips() {
-    let magnet = |drive: &mut VirtualDrive| drive.plant().signals().magnet;
-    let mut master = event("move-magnet", "to = \"2.5 mm\"");
-    let good = Magnet::Good;
-    assert_eq!(looks(&mut master, magnet), [good, Magnet::TooWeak, good]);
-    let mut master = event("move-magnet", "to = \"0.1 mm\"");
-    assert_eq!(looks(&mut master, magnet), [good, Magnet::TooStrong, good]);
-    let mut master = event("slip-magnet", "by = \"-45 deg\"");
-    let readings = looks(&mut master, |drive| drive.plant().sample().encoder);
-    assert_eq!(readings, [0x0DF8, 0x0DF8 - 512, 0x0DF8 - 512]);
-}
-
-#[test]
-fn switches_and_inputs_have_the_levels_that_are_asked_for() {
-    let inputs = |drive: &mut VirtualDrive| drive.plant().signals().inputs;
-    let on_the_way = "[drive.1.switches]\nnegative_limit = \"-3 turns\"\nhome_from = \"-1 turn\"\n\
-                      home_to = \"1 turn\"\n";
-    for (act, switch, levels) in [
-        ("press-switch", "negative-limit", [0b100, 0b101, 0b100]),
-        ("release-switch", "home", [0b100, 0b000, 0b100]),
-    ] {
-        let mut master = play(&format!(
-            "{on_the_way}[[event]]\nat = \"100 ms\"\ndo = \"{act}\"\ndrive = 1\n\
-             switch = \"{switch}\"\nfor = \"200 ms\"\n"
-        ));
-        assert_eq!(looks(&mut master, inputs), levels, "{act}");
-    }
-    let mut master = play(
-        "[[event]]\nat = \"100 ms\"\ndo = \"set-input\"\ndrive = 1\ninput = 2\nlevel = \"high\"\n\
-         [[event]]\nat = \"150 ms\"\ndo = \"set-input\"\ndrive = 1\ninput = \"interlock\"\n\
-         level = \"high\"\n[[event]]\nat = \"300 ms\"\ndo = \"set-input\"\ndrive = 1\ninput = 2\n\
-         level = \"low\"\n",
-    );
-    assert_eq!(looks(&mut master, inputs), [0, 1 << 17 | 1 << 3, 1 << 3]);
-    let mut master = play(
-        "[[event]]\nat = \"100 ms\"\ndo = \"analog-input\"\ndrive = 1\ninput = 1\nto = \"3.3 V\"\n\
-         [[event]]\nat = \"300 ms\"\ndo = \"analog-input\"\ndrive = 1\ninput = 2\nto = \"1.1 V\"\n",
-    );
-    let analog = looks(&mut master, |drive| drive.plant().signals().auxiliary_adc);
-    assert_eq!(analog, [[0.0, 0.0], [4095.0, 0.0], [4095.0, 1365.0]]);
-    let mut master = event("torque-off", "");
-    let asked = looks(&mut master, |drive| drive.plant().signals().torque_off);
-    assert_eq!(asked, [false, true, false]);
 }
 
 #[test]
