@@ -25,6 +25,11 @@ pub(crate) fn words(drive: &Personality) -> DriveWords {
     }
 }
 
+/// The name of a mode of operation in its document.
+pub(crate) fn mode_name(drive: &Personality, mode: i8) -> String {
+    words(drive).mode(mode)
+}
+
 /// A drive that there is with several numbers of motor channels, with so many.
 ///
 /// # Errors

@@ -20,6 +20,7 @@ pub mod commissioning;
 mod faults;
 pub mod md80;
 mod objects;
+pub mod operation;
 pub mod own;
 pub mod p3;
 pub mod p3_extended;

@@ -3,6 +3,7 @@
 use core::ops::RangeInclusive;
 
 use crate::commissioning::Commissioning;
+use crate::operation::Operation;
 use crate::own::OwnKind;
 use crate::serial::SerialPort;
 use crate::{
@@ -48,6 +49,8 @@ pub struct Personality {
     pub termination: Option<canopen::Handle<u8>>,
     /// What its document calls things.
     pub words: Words,
+    /// How a master moves it.
+    pub operation: Operation,
     /// How it and its motor are brought together.
     pub commissioning: Commissioning,
     /// What only this drive does.

@@ -1,4 +1,4 @@
-//! `servobus demo`: three virtual drives boot, are configured, and move, in virtual time.
+//! `servobus demo`: virtual drives boot, are configured, and move, in virtual time.
 
 mod cast;
 mod dialogue;
@@ -8,6 +8,7 @@ mod script;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod tour;
 mod trajectory;
 mod watch;
 
@@ -21,31 +22,37 @@ use ::sim::scenario::Scenario;
 use ::sim::{BusSettings, DriveSettings, Place, ProbeSample};
 use canopen::{Instant, NodeId};
 use client::block_on;
+use personalities::Personality;
 use personalities::p3::P3;
 
 use self::cast::{FOLLOWER, MOVER, NODES, PUSHER};
 use self::report::Act;
-use self::script::{Move, Scene, TORQUE_PM, Trouble, turning_points};
+use self::script::{Arrival, Move, Scene, TORQUE_PM, Trouble, mode_of, turning_points};
 use self::stage::{Phase, Stage, Wire};
-use crate::{Failure, output, scenario_file};
+use crate::{Failure, drive_kind, output, scenario_file};
 
 /// Where the plot goes.
 const PLOT: &str = "servobus-demo.svg";
 
-/// Three virtual drives boot, are configured and move, in virtual time: a first look.
+/// Virtual drives boot, are configured and move, in virtual time: a first look.
 ///
-/// A profile position move, a cyclic position trajectory and a torque step against a blocked rotor,
-/// with nothing but this program. Prints the decoded dialogue and a table, and draws position,
+/// Three P3s: a profile position move, a cyclic position trajectory and a torque step against a blocked
+/// rotor, with nothing but this program. Other drives are brought into operation by their own document's
+/// way and moved in their own modes; of one with several axes, each axis. Prints the decoded dialogue and a table, and draws position,
 /// velocity and current in servobus-demo.svg in the current folder. Ends by itself in seconds.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   servobus demo
+  servobus demo --drive md80                  another drive; servobus drives lists them
   servobus demo --seed 7 --record demo.log    demo.log is a candump log; with demo.log.run beside
                                               it, servobus replay demo.log repeats the run
 
 Exit code 0 only if every target was reached.")]
 pub(crate) struct Arguments {
+    /// Which drive.
+    #[arg(long, value_name = "NAME", default_value = "p3", value_parser = drive_kind::parse)]
+    drive: &'static Personality,
     /// From it everything random follows: latencies, serial numbers [default: 1]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -63,6 +70,7 @@ pub(crate) struct Arguments {
 /// What the demo is to be.
 #[derive(Clone, Copy, Debug)]
 struct Settings<'a> {
+    drive: &'static Personality,
     seed: u64,
     scenario: Option<&'a Scenario>,
     record: Option<&'a Path>,
@@ -73,6 +81,9 @@ struct Settings<'a> {
 /// What the demo was.
 #[derive(Debug)]
 struct Report {
+    drive: &'static Personality,
+    /// Who plays: "three virtual P3 drives".
+    who: String,
     acts: Vec<Act>,
     samples: Vec<ProbeSample>,
     /// How long it was, ns of virtual time.
@@ -84,6 +95,10 @@ struct Report {
 }
 
 impl Report {
+    fn is_p3(&self) -> bool {
+        is_p3(self.drive)
+    }
+
     fn every_target_was_reached(&self) -> bool {
         self.acts.iter().all(|act| act.reached.is_ok())
     }
@@ -103,7 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let scenario = arguments.scenario.as_deref();
     let scenario = scenario.map(scenario_file::read).transpose()?;
     if let Some(scenario) = &scenario {
-        suits(scenario)?;
+        suits(scenario, arguments.drive)?;
     }
     let is_new = !Path::new(PLOT).exists();
     OpenOptions::new()
@@ -113,6 +128,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         .map_err(cannot_write)?;
     let own_seed = scenario.as_ref().and_then(|scenario| scenario.seed);
     let settings = Settings {
+        drive: arguments.drive,
         seed: arguments.seed.or(own_seed).unwrap_or(1),
         scenario: scenario.as_ref(),
         record: arguments.record.as_deref(),
@@ -138,11 +154,37 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
+/// The P3 has a play of its own.
+fn is_p3(drive: &Personality) -> bool {
+    drive.name == P3.name
+}
+
+/// The demo's nodes.
+fn nodes(drive: &'static Personality) -> Vec<NodeId> {
+    match is_p3(drive) {
+        true => NODES.into(),
+        false => tour::nodes(drive),
+    }
+}
+
+/// Who plays, in words.
+fn who(drive: &'static Personality) -> String {
+    let name = match is_p3(drive) {
+        true => "P3",
+        false => drive.name,
+    };
+    match nodes(drive).len() {
+        1 => format!("one virtual {name} with {} axes", drive.axes.len()),
+        2 => format!("two virtual {name} drives"),
+        _ => format!("three virtual {name} drives"),
+    }
+}
+
 /// Refuses a scenario of other drives than the demo's.
 ///
 /// # Errors
 /// What it says, and what the demo has.
-fn suits(scenario: &Scenario) -> Result<(), Failure> {
+fn suits(scenario: &Scenario, drive: &'static Personality) -> Result<(), Failure> {
     let refused = |what: String| {
         Failure::input(format!(
             "{}: {what}; play it with servobus sim, or leave that out",
@@ -157,18 +199,21 @@ fn suits(scenario: &Scenario) -> Result<(), Failure> {
             "it says {rate}, and the demo's bus has 1 Mbit/s"
         )));
     }
-    let places = NODES.map(Place::of_node);
+    let nodes = nodes(drive);
+    let places: Vec<Place> = nodes.iter().map(|node| Place::of_node(*node)).collect();
     if let Some(place) = scenario.places().into_iter().find(|p| !places.contains(p)) {
-        return Err(refused(format!(
-            "the demo has nodes 1 to 3, and no drive {place}"
-        )));
+        let has = match nodes.len() {
+            1 => "node 1".to_owned(),
+            last => format!("nodes 1 to {last}"),
+        };
+        return Err(refused(format!("the demo has {has}, and no drive {place}")));
     }
     for place in places {
         let kind = scenario.personality_of(place).or(scenario.personality);
-        if let Some(kind) = kind.filter(|kind| kind.name != P3.name) {
-            let (drive, usual) = (kind.name, P3.name);
+        if let Some(kind) = kind.filter(|kind| kind.name != drive.name) {
             return Err(refused(format!(
-                "the demo's drives are {usual}, not {drive}"
+                "the demo's drives are {}, not {} (--drive {} makes them so)",
+                drive.name, kind.name, kind.name
             )));
         }
     }
@@ -177,23 +222,32 @@ fn suits(scenario: &Scenario) -> Result<(), Failure> {
 
 /// Plays all phases and prints the dialogue to `output`.
 fn play(settings: &Settings<'_>, output: &mut dyn Write) -> Result<Report, Failure> {
+    let drive = settings.drive;
     let mut bus = BusSettings::new(
         settings.seed,
-        NODES.map(|node| DriveSettings::new(node, &P3)).into(),
+        nodes(drive)
+            .into_iter()
+            .map(|node| DriveSettings::new(node, drive))
+            .collect(),
     );
     if let Some(scenario) = settings.scenario {
         let set_up = scenario.set_up(&mut bus, Instant::NEVER);
         set_up.map_err(|problems| scenario_file::refused(&problems))?;
     }
-    let mut stage = Stage::new(bus, settings.record, output).map_err(|error| {
-        let path = settings.record.unwrap_or(Path::new(""));
-        Failure::input(format!(
-            "{}: cannot write the recording: {error}; name another file",
-            path.display()
-        ))
-    })?;
+    let mut stage =
+        Stage::new(bus, drive_kind::words(drive), settings.record, output).map_err(|error| {
+            let path = settings.record.unwrap_or(Path::new(""));
+            Failure::input(format!(
+                "{}: cannot write the recording: {error}; name another file",
+                path.display()
+            ))
+        })?;
+    let who = who(drive);
+    let mut letters = who.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    let begin = first.unwrap_or_default() + letters.as_str();
     stage.dialogue.borrow_mut().say(&format!(
-        "Three virtual P3 drives on a simulated CAN bus at 1 Mbit/s, seed {}.\n\
+        "{begin} on a simulated CAN bus at 1 Mbit/s, seed {}.\n\
          Time is virtual, in seconds; \u{2192} the master sends, \u{2190} it receives.",
         settings.seed
     ));
@@ -203,12 +257,17 @@ fn play(settings: &Settings<'_>, output: &mut dyn Write) -> Result<Report, Failu
             .block(node, true)
             .map_err(|error| broken_off(Trouble::Recording(error)))?;
     }
-    let acts = acts(&mut stage);
+    let acts = match is_p3(drive) {
+        true => acts(&mut stage),
+        false => tour::acts(&mut stage, drive),
+    };
     // What was said so far must be seen also if the play was broken off.
     let played = stage.finish();
     let acts = acts.map_err(broken_off)?;
     let played = played.map_err(|error| broken_off(Trouble::Recording(error)))?;
     Ok(Report {
+        drive,
+        who,
         acts,
         samples: played.samples,
         length_ns: played.end.0,
@@ -254,7 +313,7 @@ fn acts(stage: &mut Stage<'_>) -> Result<Vec<Act>, Trouble> {
         let played = scene(stage, title, &heading, async |scene| {
             scene.profile_move(homes, way).await
         });
-        acts.push(Act::new(MOVER, target, played)?);
+        acts.push(act(MOVER, target, played)?);
     }
 
     let points: Vec<String> = turning_points().map(|turns| format!("{turns:+}")).collect();
@@ -264,7 +323,7 @@ fn acts(stage: &mut Stage<'_>) -> Result<Vec<Act>, Trouble> {
     let played = scene(stage, "node 2 follows", &heading, async |scene| {
         scene.trajectory(homes).await
     });
-    acts.push(Act::new(FOLLOWER, target, played)?);
+    acts.push(act(FOLLOWER, target, played)?);
 
     stage.block(PUSHER, true).map_err(Trouble::Recording)?;
     let target = format!("{TORQUE_PM} \u{2030} of rated torque, rotor blocked");
@@ -272,7 +331,11 @@ fn acts(stage: &mut Stage<'_>) -> Result<Vec<Act>, Trouble> {
     let played = scene(stage, "node 3 pushes", &heading, async |scene| {
         scene.torque_step(homes).await
     });
-    acts.push(Act::new(PUSHER, target, played)?);
+    let push = act(PUSHER, target, played)?;
+    acts.push(Act {
+        follows: false,
+        ..push
+    });
     stage.block(PUSHER, false).map_err(Trouble::Recording)?;
 
     let heading = "Switch off";
@@ -281,6 +344,16 @@ fn acts(stage: &mut Stage<'_>) -> Result<Vec<Act>, Trouble> {
     })
     .0?;
     Ok(acts)
+}
+
+/// An act of a P3, in the mode that it has in the play.
+fn act(
+    node: NodeId,
+    target: String,
+    played: (Result<Arrival, Trouble>, Phase),
+) -> Result<Act, Trouble> {
+    let mode = mode_of(node);
+    Act::new(node, format!("{} {mode}", mode.0), target, played)
 }
 
 /// Plays one phase.

@@ -1,13 +1,12 @@
 //! Position, velocity and current of the three drives over time, as SVG.
 
-use canopen::{Instant, NodeId};
+use canopen::Instant;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use sim::ProbeSample;
 
 use super::Report;
-use super::cast::NODES;
-use super::script::mode_of;
+use super::report::Act;
 
 /// The backend draws on whole pixels. So the picture is drawn this much larger than it is shown.
 const SCALE: i32 = 3;
@@ -90,7 +89,7 @@ fn draw(report: &Report, area: Area<'_>) -> Drawn<()> {
     area.fill(&WHITE)?;
     let (head, rest) = area.split_vertically(70 * SCALE);
     let (panels, foot) = rest.split_vertically((HEIGHT - 70 - 48) * SCALE);
-    draw_head(&head)?;
+    draw_head(report, &head)?;
     for (line, y) in CAPTION.iter().zip([4, 22]) {
         foot.draw_text(line, &font(12), (LEFT * SCALE, y * SCALE))?;
     }
@@ -107,13 +106,14 @@ fn draw(report: &Report, area: Area<'_>) -> Drawn<()> {
 }
 
 /// Title and legend.
-fn draw_head(area: &Area<'_>) -> Drawn<()> {
-    let title = "servobus demo: three virtual P3 drives on one CAN bus";
-    area.draw_text(title, &font(20), (LEFT * SCALE, 12 * SCALE))?;
-    for ((node, colour), x) in NODES
-        .iter()
-        .zip(COLOURS)
-        .zip([LEFT, LEFT + 220, LEFT + 440])
+fn draw_head(report: &Report, area: &Area<'_>) -> Drawn<()> {
+    let title = format!("servobus demo: {} on one CAN bus", report.who);
+    area.draw_text(&title, &font(20), (LEFT * SCALE, 12 * SCALE))?;
+    for ((actor, colour), x) in
+        actors(report)
+            .into_iter()
+            .zip(COLOURS)
+            .zip([LEFT, LEFT + 220, LEFT + 440])
     {
         let (x, y) = (x * SCALE, 52 * SCALE);
         let line = vec![(x, y), (x + 26 * SCALE, y)];
@@ -121,7 +121,8 @@ fn draw_head(area: &Area<'_>) -> Drawn<()> {
             line,
             colour.stroke_width(3 * SCALE as u32),
         ))?;
-        let name = format!("node {node}, {}", mode_of(*node));
+        let mode = actor.mode.split_once(' ').map_or("", |(_, name)| name);
+        let name = format!("node {}, {mode}", actor.who());
         area.draw_text(&name, &font(13), (x + 34 * SCALE, y - 8 * SCALE))?;
     }
     Ok(())
@@ -193,8 +194,8 @@ fn draw_panel(report: &Report, panel: &Panel, place: Place, area: &Area<'_>) -> 
         .y_label_formatter(&|value| label(*value))
         .set_all_tick_mark_size(4 * SCALE)
         .draw()?;
-    for (node, colour) in NODES.iter().zip(COLOURS) {
-        let line = of(report, *node).map(|s| (s.at.seconds(), (panel.value)(s)));
+    for (actor, colour) in actors(report).into_iter().zip(COLOURS) {
+        let line = of(report, actor).map(|s| (s.at.seconds(), (panel.value)(s)));
         let style = colour.stroke_width(2 * SCALE as u32);
         chart.draw_series(LineSeries::new(line, style))?;
     }
@@ -208,11 +209,24 @@ fn draw_panel(report: &Report, panel: &Panel, place: Place, area: &Area<'_>) -> 
     Ok(())
 }
 
-fn of(report: &Report, node: NodeId) -> impl Iterator<Item = &ProbeSample> {
-    report
-        .samples
-        .iter()
-        .filter(move |s| s.place == sim::Place::of_node(node))
+/// The first act of each axis.
+fn actors(report: &Report) -> Vec<&Act> {
+    let mut actors: Vec<&Act> = Vec::new();
+    for act in &report.acts {
+        if !actors
+            .iter()
+            .any(|a| (a.node, a.axis) == (act.node, act.axis))
+        {
+            actors.push(act);
+        }
+    }
+    actors
+}
+
+fn of<'a>(report: &'a Report, actor: &Act) -> impl Iterator<Item = &'a ProbeSample> {
+    let (place, axis) = (sim::Place::of_node(actor.node), actor.axis);
+    let samples = report.samples.iter();
+    samples.filter(move |s| s.place == place && s.axis == axis)
 }
 
 /// A number of an axis: no more digits than it needs.

@@ -7,16 +7,14 @@ use std::path::Path;
 use std::rc::Rc;
 
 use canopen::{Instant, NodeId};
-use client::decode::Decoder;
+use client::decode::{Decoder, DriveWords};
 use client::{Client, Observed, Seen, block_on};
-use personalities::p3::P3;
 use sim::{
     Bus, BusSettings, Extremes, Listener, Notice, Place, ProbeSample, Recording, RunHeader,
     VirtualLink,
 };
 
 use super::dialogue::Dialogue;
-use crate::drive_kind;
 
 /// The demo's number as an outside program of the bus.
 const CLIENT: u32 = 1;
@@ -84,12 +82,13 @@ impl Listener for Notices<'_> {
 }
 
 impl<'w> Stage<'w> {
-    /// A bus of these settings, its drives P3s, at time 0.
+    /// A bus of these settings, at time 0, its drives with these words.
     ///
     /// # Errors
     /// The recording cannot be written.
     pub(super) fn new(
         settings: BusSettings,
+        words: DriveWords,
         record: Option<&Path>,
         output: &'w mut dyn Write,
     ) -> io::Result<Stage<'w>> {
@@ -98,7 +97,7 @@ impl<'w> Stage<'w> {
             .transpose()?;
         let mut bus = Bus::new(settings);
         bus.probe_every(PROBE_NS);
-        let decoder = Decoder::with_words(drive_kind::words(&P3));
+        let decoder = Decoder::with_words(words);
         let dialogue = Rc::new(RefCell::new(Dialogue::new(output, decoder)));
         Ok(Stage {
             bus,

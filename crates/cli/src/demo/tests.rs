@@ -21,8 +21,9 @@ fn played(settings: Settings<'_>) -> (Report, String) {
     (report, String::from_utf8(output).unwrap())
 }
 
-const fn settings(seed: u64) -> Settings<'static> {
+fn settings(seed: u64) -> Settings<'static> {
     Settings {
+        drive: &personalities::p3::P3,
         seed,
         scenario: None,
         record: None,

@@ -24,7 +24,7 @@ pub struct DriveWords {
 
 impl DriveWords {
     /// The name of a mode.
-    pub(super) fn mode(&self, mode: i8) -> String {
+    pub fn mode(&self, mode: i8) -> String {
         match self.modes.iter().find(|(number, _)| *number == mode) {
             Some((_, name)) => (*name).to_owned(),
             None => Mode(mode).to_string(),

@@ -11,6 +11,7 @@ mod commissioning;
 mod communication;
 mod internal;
 mod motor;
+mod operation;
 mod own;
 mod sample;
 mod settings;
@@ -115,6 +116,7 @@ pub static MD80: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: WORDS,
+    operation: operation::OPERATION,
     commissioning: commissioning::COMMISSIONING,
     own: OwnKind::Md80,
     serial: None,

@@ -15,6 +15,7 @@ use canopen::{
 use canopen::{Device, dictionary};
 
 use crate::commissioning::Commissioning;
+use crate::operation::{self, Machine, Operation};
 use crate::own::OwnKind;
 use crate::{
     AxisPersonality, ErrorRules, FaultRow, NodeIdObject, Personality, Scaled, SupplyRules, Words,
@@ -106,6 +107,13 @@ pub(crate) const SUPPLY: SupplyRules = SupplyRules {
     limit_time_ms: 450, // l.1043
 };
 
+/// Reset and command in one write (l.324).
+pub(crate) const OPERATION: Operation = Operation {
+    prepare: operation::P3_PROFILE,
+    machine: Machine::Short,
+    ways: operation::P3_WAYS,
+};
+
 /// The error register's last bit tells of motion (P15).
 pub(crate) const WORDS: Words = Words {
     bits: &[(Address::new(0x1001, 0), 7, "motion")],
@@ -146,6 +154,7 @@ pub static P3: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)), // P4
     termination: None,
     words: WORDS,
+    operation: OPERATION,
     commissioning: Commissioning::BY_MASTER,
     own: OwnKind::Nothing,
     serial: None,

@@ -14,6 +14,7 @@ mod motor;
 use canopen::{Address, Device, Dictionary, Row, dictionary};
 
 use crate::commissioning::Commissioning;
+use crate::operation::{Machine, Operation};
 use crate::own::OwnKind;
 use crate::p3;
 use crate::{AxisPersonality, ErrorRules, FaultRow, HostObjects, MOST_FAULTS, Personality};
@@ -89,6 +90,10 @@ pub static P3_EXTENDED: Personality = Personality {
     stores_single_entry: Some(Address::new(0x1010, 4)),
     termination: OBJECTS_CONST.optional(0x21B2, 0),
     words: p3::WORDS,
+    operation: Operation {
+        machine: Machine::Standard,
+        ..p3::OPERATION
+    },
     commissioning: Commissioning::BY_MASTER,
     own: OwnKind::Nothing,
     serial: None,

@@ -10,6 +10,7 @@ mod behaviour;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub mod properties;
 
 pub use behaviour::{Behaviour, offers};
@@ -123,6 +124,7 @@ pub static P3_JPL: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: WORDS,
+    operation: operation::OPERATION,
     commissioning: COMMISSIONING,
     own: OwnKind::P3Jpl,
     serial: None,

@@ -11,6 +11,7 @@ pub mod command_line;
 mod communication;
 mod faults;
 mod motor;
+mod operation;
 pub(crate) mod own;
 mod words;
 
@@ -132,6 +133,7 @@ const COMMON: Personality = Personality {
     stores_single_entry: None,
     termination: None,
     words: words::WORDS,
+    operation: operation::OPERATION,
     commissioning: COMMISSIONING,
     own: OwnKind::Roboteq,
     commissioned: &[],

@@ -13,5 +13,6 @@ mod pdos;
 mod rows;
 mod states;
 mod status_words;
+mod thresholds;
 mod transitions;
 mod values;

@@ -242,7 +242,11 @@ mod tests {
             ),
             (
                 "encoder feedback",
-                ["0x7320 fault", "0x7305 fault", "0x7305 critical fault"],
+                [
+                    "0x7320 fault",
+                    "0x7305 fault",
+                    "0x7305 critical fault, 0x7305 fault",
+                ],
             ),
             ("hardware: over-voltage", ["-", "-", "0x3210 fault"]),
             (

@@ -273,7 +273,9 @@ impl OwnBehaviour for Roboteq {
             channel.start(image, &fields, orders);
         }
         if has_machine && !channel.had_machine {
+            // What was seen of the axis is over: it is switched off now.
             channel.begin_machine(orders);
+            return;
         }
         channel.had_machine = has_machine;
         channel.follow_watchdog(image, &fields, is_out, view, orders);
