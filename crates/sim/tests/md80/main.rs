@@ -9,6 +9,7 @@ mod faults;
 mod master;
 mod motion;
 mod output_encoder;
+mod pdos;
 mod rows;
 mod states;
 mod status_words;
