@@ -38,6 +38,7 @@ const CODES: &[(u16, &str)] = &[
     (0x7383, "positive soft stop"),
     (0x7384, "negative soft stop"),
     (0x73A0, "position wrapped"),
+    (0x7510, "internal serial interface"),
     (0x8110, "CAN overrun, frames lost"),
     (0x8120, "CAN in error passive mode"),
     (0x8130, "guarding or heartbeat lost"),
