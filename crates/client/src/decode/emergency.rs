@@ -20,6 +20,7 @@ const CODES: &[(u16, &str)] = &[
     (0x4310, "motor over-temperature"),
     (0x5112, "logic supply low"),
     (0x5210, "measurement circuit"),
+    (0x5410, "output stage"),
     (0x5500, "data storage"),
     (0x5530, "non-volatile memory"),
     (0x6010, "watchdog reset"),
