@@ -10,7 +10,7 @@ import serial
 
 from axis import wait_until
 from conftest import connected
-from remote import add
+from remote import add, refusal
 from simulation import Simulation, directory, replayed
 
 LOG = "roboteq-serial.log"
@@ -167,8 +167,7 @@ def test_the_line_and_can_see_one_drive(line, network):
     assert line.ask("?SW 2") == f"SW={SWITCH_ON_DISABLED}"
     # Refused by both: a mode that the controller does not have.
     assert line.ask("!ROM 1 8") == "-"
-    with pytest.raises(canopen.SdoAbortedError):
-        can.sdo[0x6060].raw = 8
+    assert refusal(lambda: setattr(can.sdo[0x6060], "raw", 8)) == 0x06090030
     assert can.sdo[0x6060].raw == 0
 
 
@@ -232,7 +231,7 @@ def test_what_makes_no_sense_is_answered_with_a_minus(line):
     assert line.line() == f"\x06VNM={0x40100}"
 
 
-def test_who_vanishes_in_the_middle_of_a_line_leaves_nothing_behind(drives, network, eds):
+def test_who_vanishes_in_the_middle_of_a_line_leaves_nothing_behind(drives, network):
     can = add(network, "roboteq-2")
     with tcp(drives) as plug:
         socket_line(plug).quiet().obey("!TC 1 5")
@@ -258,8 +257,8 @@ def test_a_second_program_is_turned_away(drives, line):
     assert line.ask("?VNM 1") == f"VNM={0x40100}"
 
 
-def test_pyserial_at_the_terminal(terminal, network, eds):
-    can = node(network, eds, 2)
+def test_pyserial_at_the_terminal(terminal, network):
+    can = add(network, "roboteq-2", 2)
     terminal.obey("^MAC 2 5432", "^MMOD 1 1")
     assert terminal.ask("~MAC") == "MAC=20000:5432"
     terminal.obey("^RWD 0", "!G 2 200")
