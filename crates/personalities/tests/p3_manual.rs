@@ -1,7 +1,10 @@
 //! The P3's dictionary against the tables of its manual, copied by hand: index, sub-indices, type,
 //! access.
 
-use canopen::{Access, DataType};
+mod manual;
+
+use canopen::Access;
+use manual::{Printed, type_of};
 use personalities::p3::{OBJECTS, P3};
 
 /// "Object Dictionary" (l.770-985) and the objects of "Faults and Warnings" (l.990-1020), in the
@@ -64,36 +67,15 @@ const OTHERWISE: &[(u16, u8, &str)] = &[
     (0x3000, 2, "I16"), // "units TBD"; a temperature has a sign
 ];
 
-fn type_of(name: &str) -> DataType {
-    match name {
-        "U08" => DataType::U8,
-        "U16" => DataType::U16,
-        "U32" => DataType::U32,
-        "I08" => DataType::I8,
-        "I16" => DataType::I16,
-        "I32" => DataType::I32,
-        "STR" => DataType::Text,
-        other => panic!("{other}"),
-    }
-}
-
-/// Index, sub-index, type, whether writable.
-fn manual() -> Vec<(u16, u8, DataType, bool)> {
-    let words: Vec<&str> = MANUAL.split_whitespace().collect();
-    let mut objects = Vec::new();
-    for object in words.chunks(4) {
-        let [index, subs, kind, access] = object else {
-            panic!("{object:?}")
-        };
-        let index = u16::from_str_radix(index, 16).unwrap();
-        let (first, last) = subs.split_once('-').unwrap_or((subs, subs));
-        for sub in first.parse().unwrap()..=last.parse().unwrap() {
-            let otherwise = OTHERWISE.iter().find(|o| (o.0, o.1) == (index, sub));
-            let kind = type_of(otherwise.map_or(kind, |o| o.2));
-            objects.push((index, sub, kind, *access == "RW"));
-        }
-    }
-    objects
+/// The manual's objects, as they are built.
+fn manual() -> Vec<Printed> {
+    let printed = manual::objects(MANUAL).into_iter();
+    let built = |(index, sub, kind, writable)| {
+        let otherwise = OTHERWISE.iter().find(|o| (o.0, o.1) == (index, sub));
+        let kind = otherwise.map_or(kind, |o| type_of(o.2));
+        (index, sub, kind, writable)
+    };
+    printed.map(built).collect()
 }
 
 #[test]
@@ -153,28 +135,12 @@ fn supported_modes_are_the_modes_that_work() {
     // P54: 1 (bit 0), 3 (2), 4 (3), 6 (5), 8 (7), 9 (8), 10 (9), 11 (10); 12 has no bit.
     assert_eq!(P3.cia402.supported_drive_modes(), 0x07AD);
     let table = OBJECTS.table();
-    let mut bytes = vec![0; table.image_bytes()];
-    let mut image = canopen::Image::new(&mut bytes);
-    table.defaults(&mut image, canopen::NodeId::new(9).unwrap());
-    let number = |index, sub| image.number(OBJECTS.need(index, sub));
-    assert_eq!(number(0x6502, 0), 0x07AD);
-    assert_eq!(number(0x1000, 0), 0x0002_0192);
-    // Identifiers that carry the node's.
-    assert_eq!(number(0x1014, 0), 0x89);
-    assert_eq!(number(0x1200, 1), 0x609);
-    assert_eq!(number(0x1200, 2), 0x589);
-    for (n, (rpdo, tpdo)) in [
-        (0x209, 0x189),
-        (0x309, 0x289),
-        (0x409, 0x389),
-        (0x509, 0x489),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        assert_eq!(number(0x1400 + n as u16, 1), rpdo);
-        assert_eq!(number(0x1800 + n as u16, 1), tpdo);
-    }
+    manual::with_defaults(&table, 9, |image| {
+        let number = |index, sub| image.number(OBJECTS.need(index, sub));
+        assert_eq!(number(0x6502, 0), 0x07AD);
+        assert_eq!(number(0x1000, 0), 0x0002_0192);
+    });
+    manual::identifiers_carry_the_nodes(&table);
 }
 
 #[test]

@@ -280,6 +280,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let began = std::time::Instant::now();
     stage.boot(end)?;
     output::print(ready(stage.bus(), &addresses, &serial_addresses))?;
+    if let Some(mute) = ready::mute(stage.bus()).filter(|_| !addresses.is_empty()) {
+        output::tell(mute);
+    }
     match arguments.speed {
         Speed::Max => stage.run_fast(end, &stop)?,
         Speed::Times(speed) => stage.run_paced(speed, end, &stop)?,

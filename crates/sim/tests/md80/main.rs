@@ -3,14 +3,17 @@
 mod bench;
 mod calibration;
 mod commands;
+mod controllers;
 mod directions;
 mod faults;
 #[path = "../master/mod.rs"]
 mod master;
 mod motion;
 mod output_encoder;
+mod pdos;
 mod rows;
 mod states;
 mod status_words;
+mod thresholds;
 mod transitions;
 mod values;

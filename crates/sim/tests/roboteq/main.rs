@@ -10,4 +10,5 @@ mod refusals;
 mod set_points;
 mod stops;
 mod supply;
+mod thresholds;
 mod watchdog;

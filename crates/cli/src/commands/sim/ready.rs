@@ -53,6 +53,22 @@ pub(super) fn line(bus: &Bus) -> String {
     line
 }
 
+/// Who sends nothing and hears no SDO yet, and what ends that.
+pub(super) fn mute(bus: &Bus) -> Option<String> {
+    let waits = |drive: &&VirtualDrive| !drive.personality().device.dialect.boot_up;
+    let drives = bus.drives().iter().filter(waits);
+    let places: Vec<Place> = drives.map(VirtualDrive::place).collect();
+    let word = match places.len() {
+        0 => return None,
+        1 => "drive",
+        _ => "drives",
+    };
+    Some(format!(
+        "{word} {}: mute until the first NMT message, as the document says: servobus nmt pre-operational",
+        written(&places)
+    ))
+}
+
 /// The kinds of drives in the order of their first places, and where each is.
 fn kinds(drives: &[VirtualDrive]) -> Vec<(&'static str, Vec<Place>)> {
     let mut kinds: Vec<(&str, Vec<Place>)> = Vec::new();
