@@ -3,6 +3,7 @@
 mod bench;
 mod calibration;
 mod commands;
+mod controllers;
 mod directions;
 mod faults;
 #[path = "../master/mod.rs"]
