@@ -264,6 +264,25 @@ fn pdo_mappings_are_learned_from_acknowledged_writes_only() {
     );
 }
 
+/// The P3 of 2016 maps the low bits of longer numbers; they have a sign (J4).
+#[test]
+fn parts_of_objects_in_pdos_are_numbers() {
+    let mut decoder = Decoder::with_words(words_of(personalities::by_name("p3-jpl").unwrap()));
+    for (data, answer) in [
+        ("22001A0110006460", "60001A0110006460"),
+        ("22001A0208006C60", "60001A0208006C60"),
+        ("22001A0002", "60001A0002000000"),
+    ] {
+        words(&mut decoder, &format!("601#{data}"));
+        words(&mut decoder, &format!("581#{answer}"));
+    }
+    assert_eq!(
+        words(&mut decoder, "181#FEFF05"),
+        "node 1 TPDO1: 0x6064,0 Position actual value = -2 cts (low 16 bits); 0x606C,0 Velocity \
+         actual value = 5 rad/s/65536 (low 8 bits)"
+    );
+}
+
 #[test]
 fn a_moved_cob_id_is_followed_for_every_node_that_listens() {
     let mut decoder = Decoder::with_words(words_of(&P3));

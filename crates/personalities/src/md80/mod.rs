@@ -56,6 +56,8 @@ const WORDS: Words = Words {
         (0x6320, "not set up or not calibrated"),
         (0x2310, "overcurrent"),
         (0x5210, "current sensors off"),
+        (0x5410, "gate driver fault"),
+        (0x7510, "gate driver does not answer"),
         (0x8130, "CAN watchdog"),
     ],
     ..Words::STANDARD
