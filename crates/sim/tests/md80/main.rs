@@ -12,6 +12,7 @@ mod motion;
 mod output_encoder;
 mod pdos;
 mod rows;
+mod scenarios;
 mod states;
 mod status_words;
 mod thresholds;

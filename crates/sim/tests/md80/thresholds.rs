@@ -102,7 +102,7 @@ fn a_velocity_outside_its_limits() {
     }
 }
 
-/// A halt is reached when the output stands: slower than 1 RPM, the smallest speed that is shown.
+/// A halt is reached when the output stands.
 #[test]
 fn a_halt_is_reached_at_rest() {
     let mut master = quiet();
