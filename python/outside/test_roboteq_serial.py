@@ -3,16 +3,15 @@ which looks at the same drive from the other side. The dictionary is the exporte
 
 import os
 import socket
-import subprocess
 import time
 
-import canopen
 import pytest
 import serial
 
 from axis import wait_until
 from conftest import connected
-from simulation import Simulation, directory, replayed, servobus
+from remote import add, refusal
+from simulation import Simulation, directory, replayed
 
 LOG = "roboteq-serial.log"
 # Statuswords of the document, with voltage and remote always set (table 14).
@@ -29,14 +28,6 @@ def drives():
     yield running
     running.stop()
     assert replayed(log)
-
-
-@pytest.fixture(scope="module")
-def eds():
-    path = directory() / "roboteq-2.eds"
-    command = [servobus(), "eds", "roboteq-2", "--output", str(path)]
-    subprocess.run(command, check=True, capture_output=True)
-    return str(path)
 
 
 class Line:
@@ -143,12 +134,6 @@ def network(drives):
     yield from connected(drives.socketcand())
 
 
-def node(network, eds, node_id):
-    node = network.add_node(node_id, canopen.import_od(eds, node_id))
-    node.sdo.RESPONSE_TIMEOUT = 3
-    return node
-
-
 def test_the_echo_is_on_at_first_and_an_acknowledge_follows(drives):
     # Another drive's line would have been quieted by the tests before.
     drives_here = Simulation(
@@ -170,8 +155,8 @@ def test_the_echo_is_on_at_first_and_an_acknowledge_follows(drives):
         drives_here.stop()
 
 
-def test_the_line_and_can_see_one_drive(line, network, eds):
-    can = node(network, eds, 1)
+def test_the_line_and_can_see_one_drive(line, network):
+    can = add(network, "roboteq-2")
     line.obey("^FSA 1", "!ROM 2 3", "!PAC 2 12345", "!SPL 3 11", "!SPL 4 1234")
     assert can.sdo[0x6860].raw == 3
     assert can.sdo[0x6883].raw == 12345
@@ -182,13 +167,12 @@ def test_the_line_and_can_see_one_drive(line, network, eds):
     assert line.ask("?SW 2") == f"SW={SWITCH_ON_DISABLED}"
     # Refused by both: a mode that the controller does not have.
     assert line.ask("!ROM 1 8") == "-"
-    with pytest.raises(canopen.SdoAbortedError):
-        can.sdo[0x6060].raw = 8
+    assert refusal(lambda: setattr(can.sdo[0x6060], "raw", 8)) == 0x06090030
     assert can.sdo[0x6060].raw == 0
 
 
-def test_a_motor_runs_by_the_line_alone(line, network, eds):
-    can = node(network, eds, 1)
+def test_a_motor_runs_by_the_line_alone(line, network):
+    can = add(network, "roboteq-2")
     line.obey("^FSA 1", "!ROM 2 3", "!CW 2 6", "!CW 2 7", "!CW 2 15", "!S 2 300")
     speed = lambda: int(line.ask("?F 2").removeprefix("F="))  # noqa: E731
     wait_until(lambda: abs(speed() - 300) < 15, 5, "300 RPM")
@@ -247,8 +231,8 @@ def test_what_makes_no_sense_is_answered_with_a_minus(line):
     assert line.line() == f"\x06VNM={0x40100}"
 
 
-def test_who_vanishes_in_the_middle_of_a_line_leaves_nothing_behind(drives, network, eds):
-    can = node(network, eds, 1)
+def test_who_vanishes_in_the_middle_of_a_line_leaves_nothing_behind(drives, network):
+    can = add(network, "roboteq-2")
     with tcp(drives) as plug:
         socket_line(plug).quiet().obey("!TC 1 5")
         plug.sendall(b"!TC 1 1")
@@ -273,8 +257,8 @@ def test_a_second_program_is_turned_away(drives, line):
     assert line.ask("?VNM 1") == f"VNM={0x40100}"
 
 
-def test_pyserial_at_the_terminal(terminal, network, eds):
-    can = node(network, eds, 2)
+def test_pyserial_at_the_terminal(terminal, network):
+    can = add(network, "roboteq-2", 2)
     terminal.obey("^MAC 2 5432", "^MMOD 1 1")
     assert terminal.ask("~MAC") == "MAC=20000:5432"
     terminal.obey("^RWD 0", "!G 2 200")

@@ -27,6 +27,23 @@ fn the_page_shows_what_the_command_prints() {
     std::fs::write(path, new).unwrap();
 }
 
+/// The outside tests take the names of all drives from here.
+#[test]
+fn every_drive_is_in_the_json() {
+    let json: serde_json::Value = serde_json::from_str(&printed(&["drives", "--json"], 0)).unwrap();
+    let names: Vec<&str> = personalities::ALL.iter().map(|drive| drive.name).collect();
+    assert_eq!(json["drives"], serde_json::json!(names));
+    for part in json["parts"].as_array().unwrap() {
+        for row in part["rows"].as_array().unwrap() {
+            assert_eq!(
+                row["drives"].as_array().unwrap().len(),
+                names.len(),
+                "{row}"
+            );
+        }
+    }
+}
+
 #[test]
 fn some_drives_in_the_order_asked_for() {
     let text = printed(&["drives", "p3-extended", "p3"], 0);

@@ -97,6 +97,11 @@ const DIALOGUE: &[(&str, &str)] = &[
         "node 2 emergency 0x5001: device hardware; error register 0x00: none; maker's bytes 01 02 \
          03 04 05",
     ),
+    (
+        "581#4202100080080000",
+        "node 1 answers 0x1002,0 Manufacturer status register = 0x00000880: bus under-voltage, SYNC \
+         loss",
+    ),
     ("080#", "SYNC"),
     ("080#07", "SYNC 7"),
     (
@@ -261,6 +266,25 @@ fn pdo_mappings_are_learned_from_acknowledged_writes_only() {
     assert_eq!(
         words(&mut decoder, "181#01020304"),
         "node 1 TPDO1, mapping unknown"
+    );
+}
+
+/// The P3 of 2016 maps the low bits of longer numbers; they have a sign (J4).
+#[test]
+fn parts_of_objects_in_pdos_are_numbers() {
+    let mut decoder = Decoder::with_words(words_of(personalities::by_name("p3-jpl").unwrap()));
+    for (data, answer) in [
+        ("22001A0110006460", "60001A0110006460"),
+        ("22001A0208006C60", "60001A0208006C60"),
+        ("22001A0002", "60001A0002000000"),
+    ] {
+        words(&mut decoder, &format!("601#{data}"));
+        words(&mut decoder, &format!("581#{answer}"));
+    }
+    assert_eq!(
+        words(&mut decoder, "181#FEFF05"),
+        "node 1 TPDO1: 0x6064,0 Position actual value = -2 cts (low 16 bits); 0x606C,0 Velocity \
+         actual value = 5 rad/s/65536 (low 8 bits)"
     );
 }
 

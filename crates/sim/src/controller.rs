@@ -100,6 +100,8 @@ pub(crate) struct Controller {
     silent: bool,
     fifo: VecDeque<Frame>,
     mailboxes: Vec<Frame>,
+    /// Frames for which the FIFO had no room.
+    lost: u64,
 }
 
 impl Controller {
@@ -110,6 +112,7 @@ impl Controller {
             silent: false,
             fifo: VecDeque::with_capacity(FIFO_FRAMES),
             mailboxes: Vec::with_capacity(MAILBOXES),
+            lost: 0,
         }
     }
 
@@ -129,8 +132,15 @@ impl Controller {
         let fits = self.fifo.len() < FIFO_FRAMES;
         if fits {
             self.fifo.push_back(frame);
+        } else {
+            self.lost += 1;
         }
         fits
+    }
+
+    /// How many frames it has lost so.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
     }
 
     /// The oldest received frame.

@@ -220,6 +220,11 @@ impl VirtualDrive {
         self.controller.port.protocol.counters
     }
 
+    /// How many received frames it has lost since its power came: its FIFO was full.
+    pub fn lost_frames(&self) -> u64 {
+        self.controller.lost()
+    }
+
     pub(crate) fn next_control(&self) -> Instant {
         self.control_at
     }

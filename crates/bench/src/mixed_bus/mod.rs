@@ -53,6 +53,8 @@ pub struct Outcome {
     pub moved: Vec<(u8, usize, f64)>,
     /// The error counters of each drive at the end.
     pub counters: Vec<(u8, ErrorCounters)>,
+    /// Frames that a drive's controller had no room for.
+    pub lost: u64,
     /// Real time that it took.
     pub wall: Duration,
 }
@@ -319,10 +321,11 @@ impl MixedBus {
             .collect();
         for member in self.members.clone() {
             let drive = NodeId::new(member.node).and_then(|id| self.bus.drive(id));
-            let counters = drive
-                .map(|drive| drive.error_counters())
+            let (counters, lost) = drive
+                .map(|drive| (drive.error_counters(), drive.lost_frames()))
                 .unwrap_or_default();
             outcome.counters.push((member.node, counters));
+            outcome.lost += lost;
         }
         outcome
     }

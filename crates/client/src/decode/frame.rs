@@ -154,7 +154,7 @@ impl Decoder {
                 rest = after;
                 if let Some(data) = Data::sized(own) {
                     known.modes.learn(mapped.object, own);
-                    values.push(object::value(known, mapped.object, data));
+                    values.push(object::mapped_value(known, mapped.object, data));
                 }
             }
             seen.push(PdoContents {

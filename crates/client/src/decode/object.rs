@@ -53,9 +53,44 @@ pub(super) fn name(table: Option<&Table>, address: Address) -> Option<String> {
     known(table, address).map(|known| known.name.to_owned())
 }
 
-/// A value that an SDO or a PDO carries.
-pub(super) fn value(node: &Node, address: Address, data: Data) -> ObjectValue {
+/// A value that a PDO carries: the whole object, or the low bytes of a longer number.
+pub(super) fn mapped_value(node: &Node, address: Address, data: Data) -> ObjectValue {
     let known = known(node.words.table.as_ref(), address);
+    let bits = 8 * data.bytes().len();
+    let part = known.and_then(|known| low_part(known.data_type, bits));
+    match (known, part) {
+        (Some(known), Some(data_type)) => {
+            let part = Known { data_type, ..known };
+            let mut value = value_of(node, address, data, Some(part));
+            value.text.push_str(&format!(" (low {bits} bits)"));
+            value
+        }
+        (known, _) => value_of(node, address, data, known),
+    }
+}
+
+/// The type of the low `bits` of a longer number; `None` if there are no fewer than it has.
+fn low_part(data_type: DataType, bits: usize) -> Option<DataType> {
+    match (data_type, bits) {
+        (DataType::I16 | DataType::I32, 8) => Some(DataType::I8),
+        (DataType::I32, 16) => Some(DataType::I16),
+        (DataType::U16 | DataType::U32, 8) => Some(DataType::U8),
+        (DataType::U32, 16) => Some(DataType::U16),
+        _ => None,
+    }
+}
+
+/// A value that an SDO carries.
+pub(super) fn value(node: &Node, address: Address, data: Data) -> ObjectValue {
+    value_of(
+        node,
+        address,
+        data,
+        known(node.words.table.as_ref(), address),
+    )
+}
+
+fn value_of(node: &Node, address: Address, data: Data, known: Option<Known>) -> ObjectValue {
     let typed = known.and_then(|known| data.value(known.data_type));
     let text = match (typed, known) {
         (Some(Value::Integer(number)), Some(known)) => match meaning(node, address, number) {

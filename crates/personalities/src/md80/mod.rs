@@ -4,7 +4,7 @@
 //! The page's defaults are those of a drive out of the box, without a motor: zeros, which say "not
 //! configured" where they lie outside the range. [`SAMPLE_MOTOR`] is what a drive with the sample motor
 //! has stored. Where the page is silent or contradicts itself, the rows say in a comment what is
-//! built; the numbers M1 to M31 name the decisions, which the drive's page in the documentation lists.
+//! built; the numbers M1 to M32 name the decisions, which the drive's page in the documentation lists.
 
 mod axis;
 mod commissioning;
@@ -56,10 +56,18 @@ const WORDS: Words = Words {
         (0x6320, "not set up or not calibrated"),
         (0x2310, "overcurrent"),
         (0x5210, "current sensors off"),
+        (0x5410, "gate driver fault"),
+        (0x7510, "gate driver does not answer"),
         (0x8130, "CAN watchdog"),
     ],
     ..Words::STANDARD
 };
+
+/// Whether a master may write this mode: those of the page, and −2, by which the guide and the maker's tool
+/// mean service (M3).
+pub const fn offers(mode: i8) -> bool {
+    mode == -2 || CIA402.modes().contains(cia402::Mode(mode))
+}
 
 /// The MD80's CANopen: plain CiA 301 but for these.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {

@@ -163,9 +163,19 @@ pub(super) const fn cause(place: usize) -> Option<u8> {
     }
 }
 
-/// The fault table. The error register has bit 0 only (M18).
+/// Errors of the bus, of which the page has no bits: CiA 301 7.2.7.1, table 26 (M32).
+const OF_BUS: [(Cause, u16); 5] = [
+    (Cause::CanOverrun, 0x8110),
+    (Cause::ErrorPassive, 0x8120),
+    (Cause::BusOffRecovered, 0x8140),
+    (Cause::PdoTooShort, 0x8210),
+    (Cause::PdoTooLong, 0x8220),
+];
+
+/// The fault table: the bits that are announced, then the errors of the bus. The error register has bit 0
+/// only (M18).
 #[allow(clippy::indexing_slicing, reason = "runs at compile time")]
-pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
+pub(super) const FAULTS: [FaultRow; FAULT_COUNT + OF_BUS.len()] = {
     let blank = FaultRow {
         cause: Cause::Own(0),
         code: 0,
@@ -175,7 +185,7 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
         states: States::All,
         switch: Switch::Always,
     };
-    let mut rows = [blank; FAULT_COUNT];
+    let mut rows = [blank; FAULT_COUNT + OF_BUS.len()];
     let mut n = 0;
     let mut number = 0;
     while n < STATUS_BITS.len() {
@@ -189,6 +199,16 @@ pub(super) const FAULTS: [FaultRow; FAULT_COUNT] = {
             number += 1;
         }
         n += 1;
+    }
+    while number < rows.len() {
+        let (cause, code) = OF_BUS[number - FAULT_COUNT];
+        rows[number] = FaultRow {
+            cause,
+            code,
+            kind: Kind::Warning,
+            ..blank
+        };
+        number += 1;
     }
     rows
 };

@@ -41,7 +41,7 @@ pub struct TargetObjects {
     pub velocity: Scaled,
     /// 0x6071, per mille of rated torque.
     pub torque: Option<Scaled>,
-    /// 0x6042, in units of velocity mode ([`VlObjects`]).
+    /// 0x6042, in units of velocity mode ([`crate::VlObjects`]).
     pub vl_velocity: Option<Field>,
     /// 0x60C1,1, counts: what is written to it goes into the buffer of interpolated position mode.
     pub interpolation_data: Option<canopen::Address>,
@@ -99,7 +99,7 @@ pub struct FeedbackObjects {
     pub velocity_demand: [Option<Scaled>; 2],
     /// Torque demand after limits (0x6074, the P3's 0x3023,1), per mille of rated torque.
     pub torque_demand: [Option<Scaled>; 2],
-    /// 0x6044, in units of velocity mode ([`VlObjects`]).
+    /// 0x6044, in units of velocity mode ([`crate::VlObjects`]).
     pub vl_velocity: Option<Field>,
     /// 0x60C4,4: set-points in the buffer of interpolated position mode.
     pub interpolation_buffered: Option<Field>,

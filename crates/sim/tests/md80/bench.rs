@@ -203,3 +203,36 @@ impl Master {
         answer.expect("an answer").frame.bytes()
     }
 }
+
+impl Master {
+    /// Writes an object in segments; the abort code if it is refused.
+    pub fn download(&mut self, index: u16, sub: u8, bytes: &[u8]) -> Result<(), u32> {
+        let [low, high] = index.to_le_bytes();
+        let [a, b, ..] = (bytes.len() as u32).to_le_bytes();
+        let answer = self.exchange(&[0x21, low, high, sub, a, b, 0, 0]);
+        let refused = |answer: &[u8; 8]| {
+            let [.., a, b, c, d] = *answer;
+            (answer[0] == 0x80).then_some(u32::from_le_bytes([a, b, c, d]))
+        };
+        if let Some(code) = refused(&answer) {
+            return Err(code);
+        }
+        assert_eq!(answer[0], 0x60);
+        let mut toggle = 0;
+        let mut parts = bytes.chunks(7).peekable();
+        while let Some(part) = parts.next() {
+            let unused = (7 - part.len()) as u8;
+            let is_last = u8::from(parts.peek().is_none());
+            let mut request = [0; 8];
+            request[0] = toggle | unused << 1 | is_last;
+            request[1..=part.len()].copy_from_slice(part);
+            let answer = self.exchange(&request);
+            if let Some(code) = refused(&answer) {
+                return Err(code);
+            }
+            assert_eq!(answer[0], 0x20 | toggle);
+            toggle ^= 0x10;
+        }
+        Ok(())
+    }
+}

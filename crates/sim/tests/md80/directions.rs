@@ -51,13 +51,23 @@ fn a_sound_encoder_is_never_taken_for_a_turned_one() {
         let mut master = fresh(|settings| {
             settings.plant.motor.wires_swapped = swapped;
             settings.plant.bridge.dead_time_s = 200e-9;
-            settings.plant.encoder.eccentricity_counts = 40.0;
+            let encoder = &mut settings.plant.encoder;
+            encoder.eccentricity_counts = 40.0;
+            encoder.lag_s = 30e-6;
+            encoder.noise_counts = 1.0;
+            settings.plant.current_sensors.gain = [1.02, 0.98];
+            settings.plant.current_sensors.noise_counts = 0.5;
         });
         configure(&mut master, 21);
         calibrate(&mut master);
         assert!(wait_for_boot(&mut master, 20));
         master.write_u16(NODE, 0x2000, 12, 0);
         master.write(NODE, 0x2000, 2, &constant.to_le_bytes());
+        if swapped {
+            // A winding that is not the one that was measured.
+            master.write(NODE, 0x2000, 4, &0.13_f32.to_le_bytes());
+            master.write(NODE, 0x2000, 3, &20e-6_f32.to_le_bytes());
+        }
         ramps(&mut master, 3000);
         // At rest, against the shorted phases.
         for torque in [0.8, -0.8] {

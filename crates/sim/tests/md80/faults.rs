@@ -56,3 +56,18 @@ fn heat_is_shown_and_too_much_is_a_fault() {
     let volts = master.read(NODE, 0x6079, 0);
     assert!((volts - 48_000).abs() < 100, "{volts}");
 }
+
+#[test]
+fn the_motors_limit_of_heat_is_the_one_that_is_written() {
+    let mut master = quiet();
+    master.write(NODE, 0x2000, 7, &[40]);
+    master.drive(NODE).plant().set_motor_temperature_c(39.0);
+    master.run_ms(20);
+    assert!(!status_bit(&mut master, 5, 3));
+    let shown = real(&mut master, 0x2006, 1);
+    assert!((shown - 39.0).abs() < 0.2, "{shown}");
+    master.drive(NODE).plant().set_motor_temperature_c(42.0);
+    master.run_ms(20);
+    assert!(status_bit(&mut master, 5, 3));
+    assert_eq!(master.state(NODE), FAULT);
+}

@@ -3,13 +3,16 @@
 mod bench;
 mod calibration;
 mod commands;
+mod controllers;
 mod directions;
 mod faults;
 #[path = "../master/mod.rs"]
 mod master;
 mod motion;
 mod output_encoder;
+mod pdos;
 mod rows;
+mod scenarios;
 mod states;
 mod status_words;
 mod thresholds;

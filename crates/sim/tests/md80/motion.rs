@@ -216,3 +216,42 @@ fn windows_say_when_a_target_is_reached() {
     master.run_ms(300);
     assert_eq!(master.status(NODE) & 0x0400, 0, "left");
 }
+
+#[test]
+fn profiles_speed_up_and_slow_down_at_the_rates_that_are_written() {
+    let mut master = quiet();
+    master.write_i32(NODE, 0x6083, 0, 200);
+    master.write_i32(NODE, 0x6084, 0, 100);
+    enable(&mut master, 3);
+    // Without a target it stands; the default of the mode is idle.
+    assert_eq!(master.read(NODE, 0x606B, 0), 0);
+    master.write_i32(NODE, 0x60FF, 0, 150);
+    for (ms, rpm) in [(250, 50), (250, 100), (500, 150)] {
+        master.run_ms(ms);
+        let demand = master.read(NODE, 0x606B, 0);
+        assert!((demand - rpm).abs() <= 3, "{demand}, not {rpm}");
+    }
+    master.write_i32(NODE, 0x60FF, 0, 0);
+    for (ms, rpm) in [(500, 100), (500, 50), (700, 0)] {
+        master.run_ms(ms);
+        let demand = master.read(NODE, 0x606B, 0);
+        assert!((demand - rpm).abs() <= 3, "{demand}, not {rpm}");
+    }
+    // A position: up to 0x6081 on one ramp, down on the other.
+    master.write_i32(NODE, 0x6081, 0, 100);
+    mode(&mut master, 1);
+    let start = master.position(NODE);
+    master.write_i32(NODE, 0x607A, 0, start + 3 * TURN);
+    master.run_ms(250);
+    let speed = master.read(NODE, 0x606C, 0);
+    assert!((speed - 50).abs() <= 4, "{speed}");
+    master.run_ms(750);
+    let speed = master.read(NODE, 0x606C, 0);
+    assert!((speed - 100).abs() <= 4, "{speed}");
+    // 3 turns: 0.5 s and 0.42 turns up, 1 s and 0.83 turns down, 1.05 s between.
+    master.run_ms(1050);
+    let speed = master.read(NODE, 0x606C, 0);
+    assert!((speed - 50).abs() <= 6, "{speed}");
+    master.run_ms(900);
+    assert!((master.position(NODE) - start - 3 * TURN).abs() < 60);
+}

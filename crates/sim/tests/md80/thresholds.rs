@@ -101,3 +101,25 @@ fn a_velocity_outside_its_limits() {
         assert_eq!(status_bit(&mut master, 7, 1), is_set, "{most}");
     }
 }
+
+/// A halt is reached when the output stands.
+#[test]
+fn a_halt_is_reached_at_rest() {
+    let mut master = quiet();
+    ramps(&mut master, 60);
+    master.write_i32(NODE, 0x606D, 0, 5);
+    enable(&mut master, 3);
+    master.write_i32(NODE, 0x60FF, 0, 60);
+    master.run_ms(1500);
+    assert_eq!(master.status(NODE) & 0x400, 0x400, "at its speed");
+    master.write_u16(NODE, 0x6040, 0, 0x010F);
+    // A second is the whole way down.
+    for _ in 0..8 {
+        master.run_ms(100);
+        assert!(master.read(NODE, 0x606C, 0).abs() > 3);
+        assert_eq!(master.status(NODE) & 0x400, 0, "on its way");
+    }
+    master.run_ms(600);
+    assert_eq!(master.read(NODE, 0x606C, 0), 0);
+    assert_eq!(master.status(NODE) & 0x400, 0x400, "at rest");
+}

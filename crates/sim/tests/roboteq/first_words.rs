@@ -59,6 +59,55 @@ fn a_controlword_right_after_fsa_counts_in_every_channel() {
     }
 }
 
+/// Table 6 over the bus, R1, R3 and R22: what each command leads to in each state at rest.
+#[test]
+fn every_command_in_every_state() {
+    const SOD: u16 = 0x0250;
+    const RTSO: u16 = 0x0231;
+    const SO: u16 = 0x0233;
+    const OE: u16 = 0x0237;
+    let mut master = controller(&ROBOTEQ);
+    master.write(1, FSA.0, FSA.1, &[1]);
+    let states: [(u16, &[u16]); 4] = [(SOD, &[]), (RTSO, &[6]), (SO, &[6, 7]), (OE, &[6, 15])];
+    for (from, way) in states {
+        for command in 0..16 {
+            master.word(1, 0);
+            for word in way {
+                master.word(1, *word);
+            }
+            assert_eq!(master.status_of(1) & !0x400, from);
+            master.word(1, command);
+            // A quick stop at rest is over within a millisecond or two.
+            master.run_ms(5);
+            let to = match (command, from) {
+                (6 | 14, _) => RTSO,
+                (7, SO | OE | RTSO) => SO,
+                (15, RTSO | SO | OE) => OE,
+                (7 | 15, _) => from,
+                // Disable voltage, and quick stop.
+                _ => SOD,
+            };
+            assert_eq!(
+                master.status_of(1) & !0x400,
+                to,
+                "{command:04b} in {from:04X}"
+            );
+        }
+    }
+    // Nothing but a fault reset leads out of a fault, and bit 7 must rise.
+    master.write(1, 0x200C, 0, &[1]);
+    master.run_ms(5);
+    master.write(1, 0x200D, 0, &[1]);
+    for command in 0..16 {
+        master.word(1, command);
+        assert_eq!(master.status_of(1), 0x0218, "{command:04b}");
+    }
+    master.word(1, 0x8F);
+    assert_eq!(master.status_of(1), SOD);
+    master.word(1, 0x86);
+    assert_eq!(master.status_of(1), SOD, "bit 7 must be 0 for a command");
+}
+
 /// The controlword is 0x0F already, and means nothing until one is written.
 #[test]
 fn what_was_written_before_does_not_count() {

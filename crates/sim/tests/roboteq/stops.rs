@@ -127,6 +127,30 @@ fn a_fault_is_on_edec_where_the_controller_can() {
     near(master.rpm(1), speed, 60.0);
 }
 
+/// MS stops its channel only, until that is commanded again.
+#[test]
+fn ms_stops_a_channel_in_every_mode() {
+    for mode in [-3, -1, 0, 1, 2, 3, 4] {
+        let mut master = running(mode);
+        let speed = master.rpm(1);
+        assert_eq!(master.try_write(1, 0x200E, 0, &[2]), Err(0x0609_0030));
+        master.write(1, 0x200E, 0, &[1]);
+        master.run_ms(200);
+        if mode != 0 {
+            near(master.rpm(1), speed - 200.0, 40.0);
+        }
+        master.run_ms(4000);
+        near(master.rpm(1), 0.0, 6.0);
+        // What is commanded next.
+        master.word(1, start_of(mode));
+        master.run_ms(300);
+        match mode {
+            1 | -1 => assert!(master.rpm(1) > 500.0, "{mode}"),
+            _ => near(master.rpm(1), 0.0, 6.0),
+        }
+    }
+}
+
 #[test]
 fn bit_11_tells_of_the_current_limit_and_of_no_other() {
     const LIMIT: u16 = 0x800;

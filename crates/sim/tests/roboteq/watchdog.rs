@@ -176,12 +176,14 @@ fn tracking_stops_on_its_way() {
     let mut master = with_machine();
     master.write_u16(1, RWD.0, RWD.1, 60);
     master.write_i32(1, 0x30F0, 1, 200_000);
+    master.write_i32(1, 0x30F2, 1, -200_000);
+    master.write_i32(1, 0x30F3, 1, 200_000);
     master.enable_channel(1, -2);
-    master.write_i32(1, 0x607A, 0, 1000); // 20,000 counts
+    master.write_i32(1, 0x607A, 0, 1000); // 200,000 counts
     master.run_ms(600);
     near(master.rpm(1), 0.0, 2.0);
     let stopped = master.read(1, 0x2104, 1);
-    assert!((500..19_000).contains(&stopped), "{stopped}");
+    assert!((20_000..100_000).contains(&stopped), "{stopped}");
     assert_eq!(master.status_of(1) & REACHED, 0);
     assert_eq!(master.read(1, 0x6061, 0) as i8, -2);
     // Any other command lets it go on.
@@ -189,7 +191,7 @@ fn tracking_stops_on_its_way() {
         master.word(1, 0x0F);
         master.run_ms(50);
     }
-    near(f64::from(master.read(1, 0x2104, 1)), 20_000.0, 20.0);
+    near(f64::from(master.read(1, 0x2104, 1)), 200_000.0, 20.0);
     // Another mode meanwhile: the old target does not come back with it.
     master.run_ms(200);
     master.mode(1, 1);
@@ -197,7 +199,7 @@ fn tracking_stops_on_its_way() {
     master.run_ms(200);
     master.mode(1, -2);
     master.run_ms(200);
-    near(f64::from(master.read(1, 0x2104, 1)), 20_000.0, 20.0);
+    near(f64::from(master.read(1, 0x2104, 1)), 200_000.0, 20.0);
 }
 
 #[test]

@@ -47,7 +47,9 @@ pub(super) struct Channel {
     pub(super) word: u16,
     /// The controlword as last written.
     pub(super) asked: u16,
-    /// The watchdog of commands is out, and whether the target was reached when that began.
+    /// MS has stopped it, until it is commanded again.
+    pub(super) is_stopped: bool,
+    /// It rests for the sake of that or of the watchdog of commands, and whether the target was reached when that began.
     pub(super) is_out: bool,
     pub(super) was_reached: bool,
     /// G, −1000 to 1000.

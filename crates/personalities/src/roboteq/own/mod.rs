@@ -82,6 +82,7 @@ impl Roboteq {
         let fields = channel.fields?;
         let number = signed(new);
         let offset = object.index.wrapping_sub(base(view.axis));
+        channel.is_stopped = false;
         if !channel.started {
             channel.given |= Channel::given_by(offset, object.sub);
         }
@@ -226,8 +227,11 @@ impl OwnBehaviour for Roboteq {
             0x200E => {
                 let n = new.first().copied().unwrap_or(0);
                 let channel = n.checked_sub(1).map(usize::from);
-                match channel.and_then(|n| self.channels.get_mut(n)) {
+                let channel = channel.and_then(|n| self.channels.get_mut(n));
+                // Of one to three, those that it has.
+                match channel.filter(|channel| channel.fields.is_some()) {
                     Some(channel) => {
+                        channel.is_stopped = true;
                         channel.command = 0;
                         channel.speed = Some(0);
                         channel.torque = Some(0);
@@ -278,10 +282,11 @@ impl OwnBehaviour for Roboteq {
             return;
         }
         channel.had_machine = has_machine;
-        channel.follow_watchdog(image, &fields, is_out, view, orders);
         if core::mem::take(&mut channel.takes_up) && channel.lacks_ramp() {
             orders.mode = mode(3).map(|mode| mode.0);
         }
+        let is_out = is_out || channel.is_stopped;
+        channel.follow_watchdog(image, &fields, is_out, view, orders);
         channel.flush(image, &fields, orders);
         if !has_machine {
             channel.run_by_itself(view, orders);
