@@ -200,6 +200,9 @@ impl<O: OwnBehaviour, B: Body> Application<O, B> {
         for axis in self.axes.as_mut() {
             axis.publish(image);
         }
+        if self.own.is_nothing() {
+            return;
+        }
         for axis in self.axes.as_ref() {
             self.own.publish(image, &axis.view(&self.hardware));
         }

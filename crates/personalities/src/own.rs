@@ -160,6 +160,12 @@ pub trait OwnBehaviour: core::fmt::Debug {
         None
     }
 
+    /// Whether there is none: then nobody prepares what [`OwnBehaviour::tick`] and
+    /// [`OwnBehaviour::publish`] would see.
+    fn is_nothing(&self) -> bool {
+        false
+    }
+
     /// Once per millisecond and axis, before the axis's own tick.
     fn tick(&mut self, image: &mut Image<'_>, view: &AxisView, orders: &mut Orders) {
         let _ = (image, view, orders);
@@ -249,6 +255,10 @@ pub trait OwnBehaviour: core::fmt::Debug {
 /// No own behaviour.
 impl OwnBehaviour for () {
     fn new(_: &'static Personality, _: &Image<'_>) {}
+
+    fn is_nothing(&self) -> bool {
+        true
+    }
 }
 
 /// Which own behaviour a personality has.
@@ -340,6 +350,11 @@ impl OwnBehaviour for AnyOwn {
         orders: &mut Orders,
     ) -> Option<Verdict> {
         self.inner_mut().write(image, object, new, view, orders)
+    }
+
+    #[inline]
+    fn is_nothing(&self) -> bool {
+        matches!(self, AnyOwn::Nothing(()))
     }
 
     fn tick(&mut self, image: &mut Image<'_>, view: &AxisView, orders: &mut Orders) {

@@ -67,6 +67,8 @@ pub struct Inverter<R: Real> {
     dead_part: R,
     /// The active duty has a pulse shorter than the dead time, or a phase that does not switch.
     narrow: R::Mask,
+    /// Vector of the active duty's phases.
+    direction: Vector<R>,
     /// Periods for which a phase without current is to be expected.
     near_zero: u8,
 }
@@ -90,6 +92,7 @@ impl<R: Real> Inverter<R> {
             delay: delay_periods,
             dead_part: R::splat(0.0),
             narrow: R::Mask::splat(false),
+            direction: Vector::of_phases(open.phase),
             near_zero: 0,
         }
     }
@@ -116,6 +119,7 @@ impl<R: Real> Inverter<R> {
         let narrow = |fraction: R| fraction.lt(dead) | rest.lt(fraction);
         let [a, b, c] = duty.phase;
         self.narrow = narrow(a) | narrow(b) | narrow(c);
+        self.direction = Vector::of_phases(duty.phase);
         self.active = duty;
     }
 
@@ -213,7 +217,7 @@ impl<R: Real> Inverter<R> {
     /// Mean voltage of the phases against the star point over this PWM period, V.
     #[inline(always)]
     pub fn voltage_v(&self, bus_voltage_v: R) -> Vector<R> {
-        Vector::of_phases(self.active.phase) * bus_voltage_v
+        self.direction * bus_voltage_v
     }
 
     /// Ends a PWM period.

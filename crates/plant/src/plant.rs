@@ -461,6 +461,7 @@ fn way(angle: i32, turns: i32) -> i64 {
 impl Plant<f32> {
     /// What the board says beside the sample. To be asked at every control boundary: switches with
     /// hysteresis, and those that bounce, remember what they were.
+    #[inline]
     pub fn signals(&mut self) -> Signals {
         let way = way(self.mechanics.load_angle(), self.mechanics.load_turns());
         Signals {
@@ -472,6 +473,7 @@ impl Plant<f32> {
             output_encoder: self
                 .parameters
                 .output_encoder
+                .as_ref()
                 .and_then(|encoder| encoder.reading(way)),
         }
     }

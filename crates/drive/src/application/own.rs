@@ -30,6 +30,9 @@ impl<O: OwnBehaviour, B: Body> Application<O, B> {
 
     /// A millisecond of own behaviour.
     pub(crate) fn tick_own(&mut self, image: &mut Image<'_>) {
+        if self.own.is_nothing() {
+            return;
+        }
         for axis in 0..self.axes().len() {
             let mut orders = Orders::default();
             let view = self.view(axis);

@@ -403,6 +403,12 @@ impl Bus {
     /// Does what the scenario has for this instant.
     #[inline]
     fn play_scenario(&mut self) {
+        if self.runner.is_some() {
+            self.play_its_acts();
+        }
+    }
+
+    fn play_its_acts(&mut self) {
         let Some(mut runner) = self.runner.take() else {
             return;
         };

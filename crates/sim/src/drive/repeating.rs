@@ -43,7 +43,11 @@ impl Repeating {
                 core.axis_period(axis, sample, signals)
             }
         };
-        self.last = (!duty.enabled).then_some((*sample, *signals, duty));
+        if !duty.enabled {
+            self.last = Some((*sample, *signals, duty));
+        } else if self.last.is_some() {
+            self.last = None;
+        }
         duty
     }
 }
