@@ -41,9 +41,7 @@ pub(crate) fn new(parameters: &Parameters) -> impl FnMut() -> Duty<f32> + use<> 
     let mut period = move |drive: &mut Drive<Vec<u8>>| {
         let duty = drive.control_period(&plant.sample(), &plant.signals());
         plant.load(&duty);
-        for _ in 0..personality.axes[0].amplifier.pwm_per_control {
-            plant.step();
-        }
+        plant.run(u32::from(personality.axes[0].amplifier.pwm_per_control));
         duty
     };
     // Up to speed: half a second.

@@ -97,6 +97,11 @@ const DIALOGUE: &[(&str, &str)] = &[
         "node 2 emergency 0x5001: device hardware; error register 0x00: none; maker's bytes 01 02 \
          03 04 05",
     ),
+    (
+        "581#4202100080080000",
+        "node 1 answers 0x1002,0 Manufacturer status register = 0x00000880: bus under-voltage, SYNC \
+         loss",
+    ),
     ("080#", "SYNC"),
     ("080#07", "SYNC 7"),
     (

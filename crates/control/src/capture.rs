@@ -73,7 +73,7 @@ const GENERAL: u32 = 0x000F_0000;
 const INPUTS: usize = 8;
 
 /// An input that has changed and may be bouncing.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Change {
     /// Position when it first left its old level.
     position: i32,
@@ -90,7 +90,7 @@ struct Change {
 /// bounces has changed when it has kept its new level for the filter time, and the position is that
 /// of its first bounce all the same. The index is the encoder's count 0; where it was passed follows
 /// from the readings before and after.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Captures {
     inverted: u32,
     /// Of the switches and of the general inputs, control periods.

@@ -228,6 +228,7 @@ impl<O: OwnBehaviour, B: Body> Application<O, B> {
     }
 
     /// Takes what the control half of an axis has seen.
+    #[inline]
     pub(crate) fn observe(
         &mut self,
         axis: usize,

@@ -114,6 +114,7 @@ impl AxisPart {
     }
 
     /// Takes what the control half has seen.
+    #[inline]
     pub(crate) fn observe<O: OwnBehaviour>(
         &mut self,
         own: &O,

@@ -163,6 +163,23 @@ impl<M: NodeMemory, O: OwnBehaviour, B: Body> Drive<M, O, B> {
         }
     }
 
+    /// [`Drive::axis_period`], and whether it has left the control half as it was. It then leaves it so
+    /// as long as sensors and board say the same and no other function of this drive is called.
+    pub fn repeated_period(
+        &mut self,
+        axis: usize,
+        sample: &Sample<f32>,
+        signals: &Signals,
+    ) -> (Duty<f32>, bool) {
+        let state = |drive: &Self| {
+            let part = drive.axes.as_ref().get(axis)?;
+            Some((part.cascade, part.captures))
+        };
+        let before = state(self);
+        let duty = self.axis_period(axis, sample, signals);
+        (duty, before == state(self))
+    }
+
     /// What parts of the board say that the loops of an axis do not ask; before [`Drive::poll`], or not at
     /// all if its own behaviour has no use for it.
     pub fn look_at(&mut self, axis: usize, board: &Board) {

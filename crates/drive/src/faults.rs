@@ -225,6 +225,9 @@ impl FaultManager {
         personality: &Personality,
         errors: Errors,
     ) -> Option<Announcement> {
+        if self.cleared | self.raised == 0 {
+            return None;
+        }
         let rules = personality.errors;
         let table = personality.faults;
         let register = errors.register(table);

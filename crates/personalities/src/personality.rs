@@ -105,7 +105,8 @@ impl Personality {
         match self.own {
             OwnKind::P3Jpl => p3_jpl::offers(mode),
             OwnKind::Roboteq => roboteq::mode(mode).is_some(),
-            _ => self.cia402.modes().contains(cia402::Mode(mode)),
+            OwnKind::Md80 => md80::offers(mode),
+            OwnKind::Nothing => self.cia402.modes().contains(cia402::Mode(mode)),
         }
     }
 

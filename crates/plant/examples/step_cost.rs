@@ -22,9 +22,7 @@ fn control_period_ns(parameters: &Parameters, enabled: bool) -> f64 {
         for period in 0..PERIODS {
             let phase = [0.5 + (period & 7) as f32 * 0.01, 0.5, 0.45];
             plant.load(black_box(&Duty { phase, enabled }));
-            for _ in 0..STEPS {
-                plant.step();
-            }
+            plant.run(STEPS);
             black_box((plant.sample(), plant.signals()));
         }
         let ns = start.elapsed().as_nanos() as f64 / f64::from(PERIODS);

@@ -1,6 +1,6 @@
 //! One turning mass: inertia, friction, position.
 
-use control::Real;
+use control::{Mask as _, Real};
 
 use crate::exponential::decayed_fraction;
 
@@ -158,6 +158,20 @@ impl<R: Real> Body<R> {
         within * radians + R::of_count(whole) * R::splat(core::f32::consts::TAU)
     }
 
+    /// Whether it stands, and no rounding owes it a speed.
+    #[inline(always)]
+    pub(crate) fn stands(&self) -> R::Mask {
+        let none = |speed: R| speed.abs().le(R::splat(0.0));
+        none(self.speed) & none(self.speed_before) & none(self.speed_rest)
+    }
+
+    /// Whether friction holds it, standing, against an opposing torque, Nm.
+    #[inline(always)]
+    pub(crate) fn is_held_against(&self, opposing: R) -> R::Mask {
+        let pushed = opposing * self.coefficients.speed_per_torque;
+        pushed.abs().le(self.coefficients.static_speed)
+    }
+
     /// Turns by one period at the present speed.
     #[inline(always)]
     pub(crate) fn turn(&mut self) {
@@ -165,17 +179,20 @@ impl<R: Real> Body<R> {
         let whole = owed.to_count();
         self.angle_rest = owed - R::of_count(whole);
         let angle = R::count_add(self.angle, whole);
-        // The angle wrapped if it went against the motion. Rounding to R keeps the order, and a
-        // period is far less than a turn.
-        let (zero, before, after) = (R::splat(0.0), R::of_count(self.angle), R::of_count(angle));
-        let forward = zero.lt(owed) & after.lt(before);
-        let backward = owed.lt(zero) & before.lt(after);
-        let passed = R::count_select(
-            forward,
-            R::count(1),
-            R::count_select(backward, R::count(-1), R::count(0)),
-        );
-        self.turns = R::count_add(self.turns, passed);
+        // Far from half a turn it cannot wrap: a period is far less than half a turn.
+        let before = R::of_count(self.angle);
+        if R::splat(1_073_741_824.0).lt(before.abs()).any() {
+            // It wrapped if it went against the motion. Rounding to R keeps the order.
+            let (zero, after) = (R::splat(0.0), R::of_count(angle));
+            let forward = zero.lt(owed) & after.lt(before);
+            let backward = owed.lt(zero) & before.lt(after);
+            let passed = R::count_select(
+                forward,
+                R::count(1),
+                R::count_select(backward, R::count(-1), R::count(0)),
+            );
+            self.turns = R::count_add(self.turns, passed);
+        }
         self.angle = angle;
     }
 

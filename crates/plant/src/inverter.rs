@@ -67,7 +67,13 @@ pub struct Inverter<R: Real> {
     dead_part: R,
     /// The active duty has a pulse shorter than the dead time, or a phase that does not switch.
     narrow: R::Mask,
+    /// Periods for which a phase without current is to be expected.
+    near_zero: u8,
 }
+
+/// After a phase has ended without current, so many periods are computed in a way that is longer, but
+/// the same whether that happens again or not.
+const NEAR_ZERO: u8 = 8;
 
 impl<R: Real> Inverter<R> {
     /// A bridge with all switches open, whose duties load `delay_periods` PWM periods after they
@@ -84,6 +90,7 @@ impl<R: Real> Inverter<R> {
             delay: delay_periods,
             dead_part: R::splat(0.0),
             narrow: R::Mask::splat(false),
+            near_zero: 0,
         }
     }
 
@@ -158,10 +165,20 @@ impl<R: Real> Inverter<R> {
     /// at zero instead, as in [`pulled`]; `before` are the currents with which it begins. A phase that does not switch in this period (0 or 1) has no
     /// dead time, and a pulse shorter than it is lost but not more.
     #[inline(always)]
-    pub fn dead_time(&self, before: Vector<R>, driven: Vector<R>, pull_a: R) -> Pulled<R> {
+    pub fn dead_time(&mut self, before: Vector<R>, driven: Vector<R>, pull_a: R) -> Pulled<R> {
         let (on, conduct) = pulled_on(before, driven, pull_a);
+        if self.near_zero > 0 {
+            // The same work for all currents: nobody has to guess.
+            let zero = pulled(driven, pull_a);
+            let ends = (!conduct).any();
+            self.near_zero = if ends { NEAR_ZERO } else { self.near_zero - 1 };
+            if !self.narrow.any() {
+                return Pulled::select(conduct, on, zero);
+            }
+        }
         let is_easy = conduct & !self.narrow;
         if (!is_easy).any() {
+            self.near_zero = NEAR_ZERO;
             Pulled::select(is_easy, on, self.zero_or_narrow(driven, pull_a))
         } else {
             on
@@ -204,6 +221,32 @@ impl<R: Real> Inverter<R> {
     pub fn end_period(&mut self) {
         if self.wait > 0 {
             self.wait -= 1;
+            if self.wait == 0 {
+                self.activate(self.waiting);
+            }
+        }
+    }
+
+    /// Whether the switches work when the duty that waits has become active.
+    #[inline(always)]
+    pub(crate) fn will_work(&self) -> R::Mask {
+        self.waiting.enabled & R::Mask::splat(self.wait > 0)
+    }
+
+    /// PWM periods of the duty that is active, as far as it is known.
+    #[inline(always)]
+    pub(crate) fn periods_before_load(&self) -> u32 {
+        match self.wait {
+            0 => u32::MAX,
+            wait => u32::from(wait),
+        }
+    }
+
+    /// Ends so many PWM periods, at most [`Inverter::periods_before_load`].
+    #[inline(always)]
+    pub(crate) fn end_periods(&mut self, periods: u32) {
+        if self.wait > 0 {
+            self.wait -= periods as u8;
             if self.wait == 0 {
                 self.activate(self.waiting);
             }

@@ -197,6 +197,42 @@ impl<R: Real> Mechanics<R> {
         self.carrier().speed()
     }
 
+    /// Whether the rotor turns by itself: nothing hangs on it but what it carries and friction, and
+    /// no torque depends on its angle.
+    #[inline(always)]
+    pub(crate) fn is_alone(&self) -> bool {
+        self.elastic.is_none()
+            && self.cogging.is_none()
+            && self.pendulum.is_none()
+            && self.stops.is_none()
+    }
+
+    /// Whether the rotor is alone and stands, and still does after a period without a torque of the
+    /// motor.
+    #[inline(always)]
+    pub(crate) fn rests(&self) -> R::Mask {
+        let held = self.rotor.is_held_against(self.load_torque) | self.blocked;
+        R::Mask::splat(self.is_alone()) & self.rotor.stands() & held
+    }
+
+    /// The rotor, to be moved by itself for some periods.
+    #[inline(always)]
+    pub(crate) fn rotor(&self) -> Body<R> {
+        self.rotor
+    }
+
+    /// The rotor as it has moved.
+    #[inline(always)]
+    pub(crate) fn set_rotor(&mut self, rotor: Body<R>) {
+        self.rotor = rotor;
+    }
+
+    /// [`Mechanics::accelerate`] for a rotor that is alone.
+    #[inline(always)]
+    pub(crate) fn accelerate_alone(&self, rotor: &mut Body<R>, motor_torque_nm: R) {
+        rotor.accelerate(motor_torque_nm, self.load_torque, self.blocked);
+    }
+
     /// Turns shaft and load by one period at their present speeds.
     #[inline(always)]
     pub fn turn(&mut self) {

@@ -1,6 +1,7 @@
 //! One drive's world, put together.
 
 mod acts;
+mod run;
 mod shared;
 
 use control::io::{Duty, Magnet, Sample, Signals};
@@ -16,8 +17,8 @@ use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Wi
 
 /// The world of one drive (or of a batch).
 ///
-/// At every control boundary: [`Plant::sample`], compute, [`Plant::load`]; then one [`Plant::step`]
-/// per PWM period until the next boundary.
+/// At every control boundary: [`Plant::sample`], compute, [`Plant::load`]; then [`Plant::run`] for the
+/// PWM periods until the next boundary.
 ///
 /// ```
 /// use control::io::Duty;
@@ -27,9 +28,7 @@ use crate::{Inverter, Mechanics, Parameters, Sensed, Sensors, Supply, Vector, Wi
 /// let sample = plant.sample();
 /// assert_eq!(sample.encoder, 0x0DF8);
 /// plant.load(&Duty { phase: [0.55, 0.5, 0.5], enabled: true });
-/// for _ in 0..5 {
-///     plant.step();
-/// }
+/// plant.run(5);
 /// assert!(plant.truth().phase_current_a[0] > 0.1);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +45,7 @@ pub struct Plant<R: Real> {
     /// All of them ideal but for the dead time: the second shortest.
     has_dead_time_only: bool,
     is_sound: bool,
+    logic_works: bool,
     has_dead_time: bool,
     /// The dead time that the PWM timer has been told, s.
     timer_dead_time_s: f64,
@@ -150,6 +150,7 @@ impl<R: Real> Plant<R> {
             is_plain: true,
             has_dead_time_only: false,
             is_sound: true,
+            logic_works: parameters.logic.is_enough(),
             has_dead_time: false,
             timer_dead_time_s: 0.0,
             tripped: R::Mask::splat(false),
@@ -317,6 +318,7 @@ impl<R: Real> Plant<R> {
 
     /// Counts what this period has turned into heat, for all since the last one: one of eight, which
     /// goes round all places within a control period of any odd number of periods.
+    #[cold]
     #[inline(never)]
     fn warm(&mut self, current_square: R, enabled: R::Mask, speed: R) {
         let [a, b, c] = self.current.phases();
@@ -423,13 +425,19 @@ impl<R: Real> Plant<R> {
     /// Takes the rotor's direction from the shaft's angle.
     #[inline(always)]
     fn align_rotor(&mut self) {
-        let electrical_angle = R::count_mul(self.mechanics.angle(), self.electrical_turns);
+        self.rotor = self.aligned(self.mechanics.angle());
+        self.rotor_age = 0;
+    }
+
+    /// The rotor's direction at an angle of the shaft.
+    #[inline(always)]
+    fn aligned(&self, angle: R::Count) -> Vector<R> {
+        let electrical_angle = R::count_mul(angle, self.electrical_turns);
         let (sine, cosine) = sin_cos::<R>(electrical_angle);
-        self.rotor = Vector {
+        Vector {
             alpha: cosine,
             beta: sine,
-        };
-        self.rotor_age = 0;
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A virtual drive: the drive core, a simulated motor, and the time that both take.
 
 mod board;
+mod repeating;
 mod settings;
 mod starting_over;
 
@@ -24,6 +25,8 @@ use crate::notice::NoticeKind;
 use crate::place::Place;
 use crate::power::Processor;
 use crate::serial::SerialLine;
+
+use repeating::Repeating;
 
 pub use settings::DriveSettings;
 
@@ -68,6 +71,8 @@ pub struct VirtualDrive {
     pub(crate) plants: Vec<Plant<f32>>,
     /// What they were made of.
     made: Vec<Parameters>,
+    /// What their loops go on with.
+    repeating: Vec<Repeating>,
     pub(crate) controller: Controller,
     pub(crate) station: Station,
     pub(crate) serial_line: Option<SerialLine>,
@@ -110,6 +115,7 @@ impl VirtualDrive {
             core: None,
             processor: Processor::Alive,
             plants: made.iter().map(Plant::new).collect(),
+            repeating: vec![Repeating::default(); made.len()],
             made,
             controller: Controller::new(bit_rate),
             station: Station::new(personality, serial, place.node(), bit_rate),
@@ -225,11 +231,43 @@ impl VirtualDrive {
 
     /// One control boundary: the loops see the sensors, then the world moves one control period.
     pub(crate) fn control(&mut self) {
+        self.command();
+        self.move_on();
+    }
+
+    /// Control boundaries of two drives at one instant.
+    pub(crate) fn control_both(&mut self, other: &mut VirtualDrive) {
+        self.command();
+        other.command();
+        let periods = self.timing.periods_per_control;
+        match (self.plants.as_mut_slice(), other.plants.as_mut_slice()) {
+            ([one], [another]) if periods == other.timing.periods_per_control => {
+                one.run_both(another, u32::from(periods));
+            }
+            _ => {
+                self.move_on();
+                other.move_on();
+            }
+        }
+    }
+
+    /// The world moves one control period.
+    fn move_on(&mut self) {
+        let periods = self.timing.periods_per_control;
+        match self.plants.as_mut_slice() {
+            [plant] => plant.run(u32::from(periods)),
+            axes => (0..periods).for_each(|_| Plant::step_axes(axes)),
+        }
+    }
+
+    /// The loops see the sensors and command the bridge, for the control period that begins.
+    fn command(&mut self) {
         // The timer of a processor that hangs goes on with what it has.
         if !matches!(self.processor, Processor::Hung { .. }) {
-            for (axis, plant) in self.plants.iter_mut().enumerate() {
+            let worlds = self.plants.iter_mut().zip(&mut self.repeating);
+            for (axis, (plant, repeating)) in worlds.enumerate() {
                 let duty = match &mut self.core {
-                    Some(core) => core.axis_period(axis, &plant.sample(), &plant.signals()),
+                    Some(core) => repeating.period(core, axis, &plant.sample(), &plant.signals()),
                     // A processor in reset opens the bridge.
                     None => Duty {
                         phase: [0.5; 3],
@@ -243,11 +281,6 @@ impl VirtualDrive {
                     self.extremes.widen(&feedback);
                 }
             }
-        }
-        let periods = 0..self.timing.periods_per_control;
-        match self.plants.as_mut_slice() {
-            [plant] => periods.for_each(|_| plant.step()),
-            axes => periods.for_each(|_| Plant::step_axes(axes)),
         }
         let hz = u64::from(self.timing.frequency_hz);
         self.control_rest += u64::from(self.timing.periods_per_control) * 1_000_000_000;
@@ -343,6 +376,8 @@ impl VirtualDrive {
     /// Does what time asks for, and fills free mailboxes. What people should know of goes to
     /// `notice`.
     pub(crate) fn poll(&mut self, now: Instant, notice: &mut impl FnMut(NoticeKind)) {
+        // The control half may be told something.
+        self.repeating.iter_mut().for_each(Repeating::stop);
         self.follow_power(now);
         // A controller comes back by itself, also while the processor hangs.
         let is_on = self.processor != Processor::Off;

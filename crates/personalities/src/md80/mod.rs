@@ -63,6 +63,12 @@ const WORDS: Words = Words {
     ..Words::STANDARD
 };
 
+/// Whether a master may write this mode: those of the page, and −2, by which the guide and the maker's tool
+/// mean service (M3).
+pub const fn offers(mode: i8) -> bool {
+    mode == -2 || CIA402.modes().contains(cia402::Mode(mode))
+}
+
 /// The MD80's CANopen: plain CiA 301 but for these.
 pub const CANOPEN: canopen::Dialect = canopen::Dialect {
     zero_padded_writes: true,   // M19

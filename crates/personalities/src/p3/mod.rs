@@ -114,10 +114,25 @@ pub(crate) const OPERATION: Operation = Operation {
     ways: operation::P3_WAYS,
 };
 
-/// The error register's last bit tells of motion (P15).
+/// The bits of the two registers of errors.
 pub(crate) const WORDS: Words = Words {
-    bits: &[(Address::new(0x1001, 0), 7, "motion")],
+    bits: &BITS,
     ..Words::STANDARD
+};
+
+/// 0x1001 tells of motion in its last bit (P15), 0x1002 has a bit for each row of the fault table.
+#[allow(clippy::indexing_slicing, reason = "runs at compile time")]
+const BITS: [(Address, u8, &str); faults::COUNT + 1] = {
+    let mut bits = [(Address::new(0x1001, 0), 7, "motion"); faults::COUNT + 1];
+    let mut n = 0;
+    while n < faults::COUNT {
+        let row = &FAULTS[n];
+        if let Some(name) = row.cause.name() {
+            bits[n + 1] = (Address::new(0x1002, 0), row.status_bit, name);
+        }
+        n += 1;
+    }
+    bits
 };
 
 /// The drive.

@@ -24,12 +24,14 @@ impl<R: Real> Plant<R> {
     /// Sets the logic supply's open-circuit voltage, V; 0 is off.
     pub fn set_logic_supply_v(&mut self, voltage_v: f32) {
         self.parameters.logic.supply_v = voltage_v;
+        self.logic_works = self.parameters.logic.is_enough();
     }
 
     /// Whether the processor has its supply. Without, it runs no loops, hears nothing, and boots anew
     /// when the supply returns; that is up to whoever runs it.
+    #[inline]
     pub fn logic_powered(&self) -> bool {
-        self.parameters.logic.is_enough()
+        self.logic_works
     }
 
     /// Opens the wire of a phase, or mends it.

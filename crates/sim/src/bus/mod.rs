@@ -63,6 +63,8 @@ pub struct Bus {
     due: Vec<Instant>,
     /// A drive may have changed from outside, so `due` is to be made anew.
     due_is_stale: bool,
+    /// When the first of the drives has its next control period.
+    control_due: Instant,
     busy_ns: u64,
     gateway: Gateway,
     stranger: Stranger,
@@ -96,6 +98,7 @@ impl Bus {
             media: Media::default(),
             due: Vec::with_capacity(drives.len()),
             due_is_stale: true,
+            control_due: Instant::ZERO,
             busy_ns: 0,
             drives,
             gateway: Gateway::new(bit_rate, settings.disturbance, seed),
@@ -298,9 +301,21 @@ impl Bus {
     /// Plants and loops up to `until` and at it. Between two events each drive is on its own, so
     /// its periods run one after the other, with all that they need at hand.
     fn control_to(&mut self, until: Instant) {
-        for drive in &mut self.drives {
-            while drive.next_control() <= until {
-                drive.control();
+        if until < self.control_due {
+            return;
+        }
+        self.control_due = Instant::NEVER;
+        for pair in self.drives.chunks_mut(2) {
+            if let [one, other] = pair {
+                while one.next_control() == other.next_control() && one.next_control() <= until {
+                    one.control_both(other);
+                }
+            }
+            for drive in pair {
+                while drive.next_control() <= until {
+                    drive.control();
+                }
+                self.control_due = self.control_due.min(drive.next_control());
             }
         }
     }
@@ -386,6 +401,7 @@ impl Bus {
     }
 
     /// Does what the scenario has for this instant.
+    #[inline]
     fn play_scenario(&mut self) {
         let Some(mut runner) = self.runner.take() else {
             return;
