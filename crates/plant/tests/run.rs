@@ -47,8 +47,10 @@ fn act(plant: &mut Plant<f32>, choice: u64, value: f32) {
 /// What the bridge is told: open, resting, a weak or a strong voltage, or the ends of the range.
 fn duty(numbers: &mut Numbers, kind: u64) -> Duty<f32> {
     let reach = [0.0, 0.0, 0.01, 0.4, 0.6][kind as usize];
+    let not_below = |share: f32| if share < 0.0 { 0.0 } else { share };
+    let not_above = |share: f32| if share > 1.0 { 1.0 } else { share };
     Duty {
-        phase: [(); 3].map(|()| (0.5 + reach * numbers.even()).clamp(0.0, 1.0)),
+        phase: [(); 3].map(|()| not_above(not_below(0.5 + reach * numbers.even()))),
         enabled: kind > 0,
     }
 }
