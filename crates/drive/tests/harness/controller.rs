@@ -289,24 +289,8 @@ impl World {
     fn obey(&mut self) {
         while let Some(request) = self.drive.take_request() {
             match request {
-                Request::Store(request) => {
-                    let mut bytes = vec![0; 16 * 1024];
-                    let used = self
-                        .drive
-                        .stored(request, &self.stored, &mut bytes)
-                        .expect("16 KiB hold every object");
-                    bytes.truncate(used);
-                    self.stored = bytes;
-                    self.pending = true;
-                }
-                Request::Restore(request) => {
-                    let mut bytes = vec![0; 16 * 1024];
-                    let used = self
-                        .drive
-                        .restored(request, &self.stored, &mut bytes)
-                        .expect("less than was stored");
-                    bytes.truncate(used);
-                    self.stored = bytes;
+                Request::Store(_) | Request::Restore(_) => {
+                    super::script::keep(&mut self.drive, &request, &mut self.stored);
                     self.pending = true;
                 }
                 Request::Reset(Reset::Communication) => {

@@ -5,10 +5,11 @@
 //! how many bytes after it are the stored parameters, the rest are steps ([`steps`]).
 
 use canopen::nmt::Reset;
-use canopen::{Instant, NodeId};
+use canopen::{Instant, NodeId, NodeMemory};
 use control::Feedback;
 use control::io::{Duty, Sample, Signals};
-use drive::{Drive, Hardware, Health, NoHost, Request};
+use drive::{Body, Drive, Hardware, Health, NoHost, Request};
+use personalities::own::OwnBehaviour;
 use personalities::p3::{IMAGE_BYTES, P3};
 use plant::{Parameters, Plant};
 
@@ -205,24 +206,8 @@ impl World {
     fn obey(&mut self) {
         while let Some(request) = self.drive.take_request() {
             match request {
-                Request::Store(request) => {
-                    let mut bytes = vec![0; 16 * 1024];
-                    let used = self
-                        .drive
-                        .stored(request, &self.stored, &mut bytes)
-                        .expect("16 KiB hold every object");
-                    bytes.truncate(used);
-                    self.stored = bytes;
-                    self.pending = true;
-                }
-                Request::Restore(request) => {
-                    let mut bytes = vec![0; 16 * 1024];
-                    let used = self
-                        .drive
-                        .restored(request, &self.stored, &mut bytes)
-                        .expect("less than was stored");
-                    bytes.truncate(used);
-                    self.stored = bytes;
+                Request::Store(_) | Request::Restore(_) => {
+                    keep(&mut self.drive, &request, &mut self.stored);
                     self.pending = true;
                 }
                 Request::Reset(Reset::Communication) => {
@@ -246,6 +231,26 @@ impl World {
         assert!(known, "{word:04X}");
         assert!(P3.cia402.modes().contains(axis.mode()) || axis.mode() == cia402::Mode::IDLE);
     }
+}
+
+/// What a request to store or restore leaves in `stored`.
+pub(super) fn keep<M: NodeMemory, O: OwnBehaviour, B: Body>(
+    drive: &mut Drive<M, O, B>,
+    request: &Request,
+    stored: &mut Vec<u8>,
+) {
+    let mut bytes = vec![0; 16 * 1024];
+    let used = match *request {
+        Request::Store(request) => drive
+            .stored(request, stored, &mut bytes)
+            .expect("16 KiB hold every object"),
+        Request::Restore(request) => drive
+            .restored(request, stored, &mut bytes)
+            .expect("less than was stored"),
+        Request::Reset(_) => return,
+    };
+    bytes.truncate(used);
+    *stored = bytes;
 }
 
 pub(super) fn check_feedback(feedback: &Feedback<f32>) {
