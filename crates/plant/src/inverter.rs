@@ -147,6 +147,13 @@ impl<R: Real> Inverter<R> {
         }
     }
 
+    /// Opens the switches now, until the next command.
+    pub(crate) fn open(&mut self) {
+        let never = R::Mask::splat(false);
+        self.active.enabled = never;
+        self.waiting.enabled = never;
+    }
+
     /// Whether the switches work in this PWM period; when not, only the diodes do.
     #[inline(always)]
     pub fn enabled(&self) -> R::Mask {

@@ -102,12 +102,21 @@ impl<R: Real> Plant<R> {
     /// 8 V they open the bridge and say so, from 8.5 V on they drive again.
     pub fn set_gate_supply_v(&mut self, voltage_v: Option<f32>) {
         self.gate_driver.set_supply_v(voltage_v);
+        self.obey_gate_driver();
     }
 
     /// Sets the temperature of the gate drivers, °C; `None` is that of a cool board. From 170 °C on they
     /// open the bridge and say so, below 150 °C they drive again.
     pub fn set_gate_driver_temperature_c(&mut self, temperature_c: Option<f32>) {
         self.gate_driver.set_temperature_c(temperature_c);
+        self.obey_gate_driver();
+    }
+
+    /// Gate drivers that cannot drive open the bridge by themselves, also while no command comes.
+    fn obey_gate_driver(&mut self) {
+        if !self.gate_driver.drives() {
+            self.inverter.open();
+        }
     }
 
     /// Cuts the gate drivers' serial interface, or mends it. They drive all the same.

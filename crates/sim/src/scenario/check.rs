@@ -220,7 +220,14 @@ pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &m
             Target::Bus | Target::Outside => false,
         };
         for drive in drives.iter().filter(meant) {
-            let switches = &drive.plant.switches;
+            let axis = event
+                .axis
+                .as_ref()
+                .map_or(1, |axis| usize::from(axis.value));
+            // An axis without a section of its own is as the first.
+            let other = axis.checked_sub(2).and_then(|n| drive.others.get(n));
+            let world = other.unwrap_or(&drive.plant);
+            let switches = &world.switches;
             let place = drive.place;
             match event.act {
                 Act::Switch(name, _) => {
@@ -237,7 +244,7 @@ pub(super) fn boards(scenario: &Scenario, drives: &[DriveSettings], findings: &m
                     }
                 }
                 Act::OutputSilent(_) | Act::OutputTurned(_) | Act::OutputMagnet(_)
-                    if drive.plant.output_encoder.is_none() =>
+                    if world.output_encoder.is_none() =>
                 {
                     let what = format!("drive {place} has no encoder on its output");
                     let remedy =
