@@ -157,7 +157,7 @@ async fn who_is_there(
         match (NodeId::new(found.node), drive) {
             (Some(node), Some(drive)) => drives.push((node, drive)),
             _ => output::tell(format_args!(
-                "node {} is no drive that is known here; it has the standard's names",
+                "node {} is no drive that is known here",
                 found.node
             )),
         }

@@ -114,9 +114,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if booted.is_empty() {
         let ms = if node.is_some() { BOOT_MS } else { BOOT_ALL_MS };
         let which = node.map_or_else(|| "all".to_owned(), |node| node.to_string());
+        let mute: Vec<&str> = personalities::ALL
+            .iter()
+            .filter(|drive| !drive.device.dialect.boot_up)
+            .map(|drive| drive.name)
+            .collect();
         return Err(Failure::unsuccessful(format!(
-            "{who}: no boot-up within {ms} ms; some drives send none, like the P3 of 2016: go on with \
-             servobus nmt pre-operational {which}"
+            "{who}: no boot-up within {ms} ms; some drives send none ({}): go on with servobus nmt \
+             pre-operational {which}",
+            mute.join(", ")
         )));
     }
     Ok(ExitCode::SUCCESS)

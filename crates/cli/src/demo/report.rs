@@ -70,7 +70,8 @@ pub(super) fn text(report: &Report, settings: &Settings<'_>) -> String {
         if let Err(why) = &act.reached {
             lines.push(format!(
                 "node {}, {}: not reached, {why}",
-                act.node, act.target
+                act.who(),
+                act.target
             ));
         }
     }

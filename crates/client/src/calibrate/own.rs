@@ -117,8 +117,11 @@ impl<L: Link> Client<L> {
         };
         let restarted = own.restarts && done.is_ok();
         if !restarted {
-            // A drive that does not obey here has said why before.
-            let _ = axis.set_mode(self, Mode::IDLE).await;
+            let left = axis.set_mode(self, Mode::IDLE).await;
+            // What is told of these is that the motor is without power. The others have their reason.
+            if matches!(done, Err(OwnError::Stopped | OwnError::TimedOut { .. })) {
+                left?;
+            }
         }
         done
     }
@@ -154,9 +157,11 @@ impl<L: Link> Client<L> {
             if booted && own.restarts {
                 return self.after_start(node, own).await;
             }
+            // Asked before, so that the words are those of the end.
+            let is_over = !own.restarts && self.is_idle(node, own).await?;
             match self.status_words(node, own).await {
                 Ok(status) if has_failed(&status, own) => return Err(OwnError::Failed { status }),
-                Ok(status) if !own.restarts && self.is_idle(node, own).await? => return Ok(status),
+                Ok(status) if is_over => return Ok(status),
                 Ok(_) => {}
                 // It is starting over.
                 Err(error) if own.restarts && is_silence(&error) => {}

@@ -257,7 +257,14 @@ impl Job<'_> {
             output::print(format!("node {node}, {drive}: {name} finds {what}"))?;
             output::print(self.set_up_table(&set_up))?;
         }
-        let is_missing = |(set_up, entry): &(&SetUp, &Entry)| set_up.needed && entry.value == 0.0;
+        // A dry run has written none of the settings.
+        let is_given = |set_up: &SetUp| {
+            let mut given = settings.iter().filter(|set| set.object == set_up.object);
+            common.dry_run && given.any(|set| set.bytes.iter().any(|byte| *byte != 0))
+        };
+        let is_missing = |(set_up, entry): &(&SetUp, &Entry)| {
+            set_up.needed && entry.value == 0.0 && !is_given(set_up)
+        };
         let missing: Vec<&str> = self
             .offered
             .set_up
@@ -415,7 +422,10 @@ fn significant(value: f64) -> String {
     }
     let digits = (5.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{value:.digits$}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
 }
 
 #[cfg(test)]
@@ -431,6 +441,7 @@ mod tests {
             (f64::from(0.0853_f32), "0.0853"),
             (f64::from(2.85e-5_f32), "2.8500e-5"),
             (f64::from(1.0 / 9.0_f32), "0.111111"),
+            (120_000.4, "120000"),
         ] {
             assert_eq!(significant(value), text);
         }
