@@ -38,6 +38,7 @@ def turn_roboteq(node, turns, axis=1):
     """Turns a motor of a Roboteq: the state machine must be switched on, and bit 4 hands a target over."""
     window = 0x800 * (axis - 1)
     node.sdo[0x30F1].raw = 1  # ^FSA
+    node.sdo[0x3008].raw = 0  # ^RWD, no watchdog: as above
     enable(node, window)
     node.sdo[0x6060 + window].raw = 1
     node.sdo[0x607A + window].raw = node.sdo[0x6064 + window].raw + round(4096 * turns)

@@ -99,7 +99,7 @@ pub const STATUS_BITS: &[StatusBit] = &[
     bit(7, 25, "motion: torque clipped", Shown, "the controllers are at a limit of torque, current or voltage"),
     bit(7, 26, "motion: velocity clipped", Shown, "a velocity is above 0x6080"),
     bit(7, 27, "motion: position clipped", Shown, "a target lies beyond 0x607D"),
-    bit(8, 30, "communication: CAN watchdog", Announced(0x8130), "no frame for the drive came within 0x2000,12 while operation was enabled"),
+    bit(8, 30, "communication: CAN watchdog", Announced(0x8130), "no frame for the drive came within 0x2000,12 while a mode of motion was at work"),
 ];
 
 /// The bit of sub-index `sub`, as a place in [`STATUS_BITS`].
